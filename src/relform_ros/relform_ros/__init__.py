@@ -1,0 +1,1 @@
+"""The ROS side of relform: message conversions, QoS profiles, lock-step and the node runner."""

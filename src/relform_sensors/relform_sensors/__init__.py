@@ -1,0 +1,1 @@
+"""Sensor models of relform: pure functions of the true state and a random generator."""

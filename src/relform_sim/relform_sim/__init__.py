@@ -1,0 +1,1 @@
+"""Simulated quadrotors, one node per vehicle, and the clock that steps them."""

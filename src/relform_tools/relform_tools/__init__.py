@@ -1,0 +1,1 @@
+"""Bags, metrics, figures and in-process runs of relform."""

@@ -1,0 +1,69 @@
+"""Makes the virtual environment's Python see this workspace, whatever the shell has sourced.
+
+`make setup` puts this file into the environment's site-packages, beside a .pth file that imports it at every start of
+that Python. It does what sourcing `install/setup.bash` does for a shell. The dynamic linker reads LD_LIBRARY_PATH only
+when a process begins, so Python starts itself once more where the inherited environment is not the right one.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+WORKSPACE = Path(sys.prefix).parent
+SITE_PACKAGES = Path(__file__).parent
+RESTARTED_AS = "_RELFORM_RESTARTED_AS"  # holds the process id, which survives exec: nobody restarts twice
+
+
+def entries(variable: str) -> list[str]:
+    return [entry for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+
+
+def foreign_ros() -> list[Path]:
+    """Prefixes of other ROS installations that were sourced; their rclpy does not mix with that of our wheels."""
+    marker = "share/ament_index/resource_index/packages/rclpy"
+    return [
+        Path(entry)
+        for entry in entries("AMENT_PREFIX_PATH")
+        if Path(entry, marker).exists() and not Path(entry).samefile(sys.prefix)
+    ]
+
+
+def with_ours_first(ours: list[Path], variable: str, shunned: list[Path]) -> str:
+    first = [str(path) for path in ours]
+    rest = [
+        entry
+        for entry in entries(variable)
+        if entry not in first and not any(Path(entry).is_relative_to(prefix) for prefix in shunned)
+    ]
+    return os.pathsep.join(first + rest)
+
+
+def activate() -> None:
+    prefixes = sorted(index.parents[1] for index in WORKSPACE.glob("install/*/share/ament_index"))
+    messages = sorted(WORKSPACE.glob("install/*_msgs/lib/python*/site-packages"))
+    libraries = sorted({library.parent for library in WORKSPACE.glob("install/*/lib/*.so")})
+    libraries += [Path(sys.prefix, "lib"), *sorted(SITE_PACKAGES.glob("ros_*.libs"))]
+    shunned = foreign_ros()
+    fixed_at_start = {
+        "LD_LIBRARY_PATH": with_ours_first(libraries, "LD_LIBRARY_PATH", shunned),
+        "PYTHONPATH": with_ours_first([], "PYTHONPATH", shunned),
+    }
+    os.environ["AMENT_PREFIX_PATH"] = with_ours_first([*prefixes, Path(sys.prefix)], "AMENT_PREFIX_PATH", shunned)
+
+    restarted = os.environ.pop(RESTARTED_AS, None) == str(os.getpid())
+    if not restarted and any(os.environ.get(name, "") != value for name, value in fixed_at_start.items()):
+        os.environ.update(fixed_at_start, **{RESTARTED_AS: str(os.getpid())})
+        os.execv(sys.executable, sys.orig_argv)
+
+    packages = sorted(setup.parent for setup in WORKSPACE.glob("src/*/setup.py"))
+    sys.path[:0] = [str(path) for path in [*packages, *messages]]
+
+    # The wheels' own start-up hook would restart Python as well, unless this variable says that it has. Children that
+    # run another environment's Python must not inherit it.
+    os.environ["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"
+    import ros_wheels_bootstrapper  # noqa: F401  (imported for its effect, here none)
+
+    del os.environ["_ROS_WHEELS_BOOTSTRAP_COMPLETE"]
+
+
+activate()
