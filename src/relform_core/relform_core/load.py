@@ -1,0 +1,141 @@
+"""Load a scenario from YAML: resolve the files it names, apply overrides, validate, and say precisely what is wrong.
+
+A scenario names its vehicle, sensors and controller by the path of another file, relative to its own. The *effective
+configuration* is the same scenario with these files, the overrides and the seed written in; it is a scenario file too.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any, cast
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails, to_json
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from relform_core.errors import ConfigError
+from relform_core.scenario_config import ScenarioConfig
+
+SECTIONS_IN_FILES = ("vehicle", "sensors", "controller")
+
+
+@dataclass(frozen=True)
+class LoadedScenario:
+    """A validated scenario, with the text that reproduces it."""
+
+    config: ScenarioConfig
+    seed: int
+    effective_yaml: str
+
+
+def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = None) -> LoadedScenario:
+    """Load and validate a scenario file.
+
+    Args:
+        path: the scenario file.
+        overrides: texts ``some.key=value``; the value is read as YAML, list items are addressed by number.
+        seed: seed of every random draw, >= 0; None: the file's own ``seed``, or 0 if it has none.
+    Raises:
+        ConfigError: one line per problem, each naming file, key, value and bound.
+    """
+    tree = _read_yaml(path)
+    sources = {"": str(path)}
+    for section in SECTIONS_IN_FILES:
+        if isinstance(reference := tree.get(section), str):
+            section_path = path.parent / reference
+            tree[section] = _read_yaml(section_path)
+            sources[section] = str(section_path)
+    for override in overrides:
+        _apply_override(tree, override)
+    if seed is not None:
+        tree["seed"] = seed
+    tree.setdefault("seed", 0)
+    effective_yaml = _to_yaml(tree)
+    seed = _checked_seed(tree.pop("seed"), path)
+    try:
+        # JSON mode, because strict validation of Python objects would refuse a list where a tuple is declared.
+        config = ScenarioConfig.model_validate_json(to_json(tree, inf_nan_mode="constants"))
+    except ValidationError as error:
+        raise ConfigError("\n".join(_explain(details, sources) for details in error.errors())) from None
+    return LoadedScenario(config, seed, effective_yaml)
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    try:
+        tree = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read: {error}") from None
+    except MarkedYAMLError as error:
+        line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
+        raise ConfigError(f"{path}{line}: not valid YAML: {error.problem}") from None
+    except YAMLError as error:
+        raise ConfigError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(tree, dict) or not all(isinstance(key, str) for key in tree):
+        raise ConfigError(f"{path}: must hold a mapping of keys to values at its top level")
+    return cast(dict[str, Any], tree)
+
+
+def _to_yaml(tree: Mapping[str, Any]) -> str:
+    stream = StringIO()
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = None  # short lists stay on one line
+    yaml.sort_base_mapping_type_on_output = False
+    yaml.dump(dict(tree), stream)
+    return stream.getvalue()
+
+
+def _apply_override(tree: dict[str, Any], override: str) -> None:
+    key, separator, text = override.partition("=")
+    if not separator or not key.strip():
+        raise ConfigError(f"--set {override}: must have the form some.key=value")
+    try:
+        value = YAML(typ="safe", pure=True).load(text)
+    except YAMLError:
+        raise ConfigError(f"--set {override}: the value is not valid YAML") from None
+    *parents, last = key.strip().split(".")
+    node: Any = tree
+    for name in parents:
+        node = _child(node, name, override)
+    if isinstance(node, list):
+        _child(node, last, override)  # must exist: an override changes an item, it adds none
+        node[int(last)] = value
+    elif isinstance(node, dict):
+        node[last] = value  # a key that the schema does not know is reported by the validation
+    else:
+        raise ConfigError(f"--set {override}: '{'.'.join(parents)}' holds a value, not keys")
+
+
+def _child(node: Any, name: str, override: str) -> Any:
+    if isinstance(node, dict) and name in node:
+        return node[name]
+    if isinstance(node, list) and name.isdecimal() and int(name) < len(node):
+        return node[int(name)]
+    raise ConfigError(f"--set {override}: unknown key '{name}'")
+
+
+def _checked_seed(seed: Any, path: Path) -> int:
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise ConfigError(f"{path}: seed: must be an integer of at least 0 (got {seed!r})")
+    return seed
+
+
+def _explain(details: ErrorDetails, sources: Mapping[str, str]) -> str:
+    """One line for one problem: file, key, what is wrong, value."""
+    location = [str(part) for part in details["loc"]]
+    section = location[0] if location and location[0] in sources else ""
+    key = ".".join(location[1:] if section else location)
+    where = f"{sources[section]}: {key}" if key else sources[section]
+    match details["type"]:
+        case "extra_forbidden":
+            return f"{where}: unknown key"
+        case "missing":
+            return f"{where}: missing key"
+        case "value_error":
+            return f"{where}: {details['ctx']['error']}"
+        case _:
+            _, _, requirement = details["msg"].rpartition(" should ")
+            return f"{where}: must {requirement} (got {details['input']!r})"

@@ -1,0 +1,55 @@
+"""Schema of ``config/vehicles/*.yaml``: one quadrotor type."""
+
+import math
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from relform_core.schema import Label, NonNegative, NonNegativeVector3, Positive, PositiveVector3, Schema
+from relform_core.units import DEGREES, GRAVITY, PERCENT, RPM
+
+
+class VehicleConfig(Schema):
+    """A quadrotor with rotors front, left, back, right (eq. Aerodynamics in the FLU body frame)."""
+
+    name: Label
+    mass: Annotated[float, Field(alias="mass_kg", gt=0.0)]
+    inertia: Annotated[PositiveVector3, Field(alias="inertia_kg_m2")]
+    """Principal moments of inertia about body x, y, z [kg m^2]."""
+    arm_length: Annotated[float, Field(alias="arm_length_m", gt=0.0)]
+    thrust_coefficient: Annotated[float, Field(alias="thrust_coefficient_n_s2", gt=0.0)]
+    """c_T in thrust = c_T * speed^2 [N s^2]."""
+    torque_coefficient: Annotated[float, Field(alias="torque_coefficient_nm_s2", gt=0.0)]
+    """c_Q in drag torque = c_Q * speed^2 [N m s^2]."""
+    rotor_speed_min: Annotated[float, Field(alias="rotor_speed_min_rpm", ge=0.0), RPM]
+    rotor_speed_max: Annotated[float, Field(alias="rotor_speed_max_rpm", gt=0.0), RPM]
+    rotor_time_constant: Annotated[NonNegative, Field(alias="rotor_time_constant_s")]
+    """First-order lag of the rotor speed [s]; 0: none."""
+    drag_coefficient: Annotated[NonNegativeVector3, Field(alias="drag_coefficient_n_s_m")]
+    """Linear drag along body x, y, z [N s/m]; 0: none."""
+    mass_std: Annotated[float, Field(alias="mass_std_percent", ge=0.0, lt=20.0), PERCENT]
+    """Relative standard deviation of the true mass; the controller keeps the nominal one."""
+    inertia_std: Annotated[float, Field(alias="inertia_std_percent", ge=0.0, lt=20.0), PERCENT]
+    collision_radius: Annotated[Positive, Field(alias="collision_radius_m")]
+    """Two vehicles collide when their centres are closer than the sum of their radii."""
+    tilt_max: Annotated[float, Field(alias="tilt_max_deg", gt=0.0, le=180.0), DEGREES]
+    """A tilt beyond this is a fault."""
+
+    @property
+    def hover_speed(self) -> float:
+        """Rotor speed at which four rotors carry the nominal weight [rad/s]."""
+        return math.sqrt(self.hover_thrust / self.thrust_coefficient)
+
+    @property
+    def hover_thrust(self) -> float:
+        """Thrust of one rotor at which four rotors carry the nominal weight [N]."""
+        return self.mass * GRAVITY / 4.0
+
+    @model_validator(mode="after")
+    def _can_hover(self) -> Self:
+        if not self.rotor_speed_min < self.hover_speed < self.rotor_speed_max:
+            raise ValueError(
+                "cannot hover: the rotor speed that carries the weight lies outside "
+                "rotor_speed_min_rpm ... rotor_speed_max_rpm"
+            )
+        return self
