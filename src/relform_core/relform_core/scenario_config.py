@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -219,22 +220,30 @@ class ScenarioConfig(Schema):
         """Control period in integer nanoseconds."""
         return seconds_to_ns(self.controller.period)
 
+    def formation_problem(self, formation: Mapping[str, Vector3]) -> str | None:
+        """Why the team cannot fly a formation, as the rest of a sentence that starts with its name; None if it can."""
+        if unknown := sorted(set(formation) - set(self.team.followers)):
+            return f"names '{unknown[0]}', which is no follower; followers are {', '.join(self.team.followers)}"
+        if absent := [follower for follower in self.team.followers if follower not in formation]:
+            return f"has no position for '{absent[0]}'"
+        for follower, position in formation.items():
+            if not all(map(math.isfinite, position)):
+                return f"puts '{follower}' at {position}, which is not finite"
+        separation_min = 2.0 * self.vehicle.collision_radius
+        positions = {self.team.leader: (0.0, 0.0, 0.0), **formation}
+        for (a, p_a), (b, p_b) in itertools.combinations(positions.items(), 2):
+            if (separation := math.dist(p_a, p_b)) < separation_min:
+                return (
+                    f"is impossible: '{a}' and '{b}' are {separation:.3f} m apart, "
+                    f"at least {separation_min:.3f} m are needed"
+                )
+        return None
+
     @model_validator(mode="after")
     def _formations_possible(self) -> Self:
-        followers = set(self.team.followers)
-        separation_min = 2.0 * self.vehicle.collision_radius
         for name, formation in self.formations.items():
-            if unknown := sorted(set(formation) - followers):
-                raise ValueError(f"formation '{name}' names the unknown vehicle '{unknown[0]}'")
-            if absent := sorted(followers - set(formation)):
-                raise ValueError(f"formation '{name}' has no position for '{absent[0]}'")
-            positions = {self.team.leader: (0.0, 0.0, 0.0), **formation}
-            for (a, p_a), (b, p_b) in itertools.combinations(positions.items(), 2):
-                if (separation := math.dist(p_a, p_b)) < separation_min:
-                    raise ValueError(
-                        f"formation '{name}' is impossible: '{a}' and '{b}' are {separation:.3f} m apart, "
-                        f"at least {separation_min:.3f} m are needed"
-                    )
+            if problem := self.formation_problem(formation):
+                raise ValueError(f"formation '{name}' {problem}")
         return self
 
     @model_validator(mode="after")

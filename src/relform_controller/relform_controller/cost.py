@@ -1,0 +1,178 @@
+"""The residuals of eqs. CostFunc1 and CostFunc2 over the horizon and their derivatives by the inputs.
+
+The cost is sum(weights * residual^2). Stage 0 of the formation and of the leader's pose is left out: no input changes it.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from relform_controller import layout
+from relform_controller.condensing import StateMaps
+from relform_controller.frames import rotation_z
+from relform_controller.kernels import Kernels
+from relform_controller.model import torque_B
+from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
+
+_POSITION_AND_YAW = [0, 1, 2, layout.YAW]
+
+
+@dataclass(frozen=True, eq=False)
+class NetAcceleration:
+    """g + R_IB F_B / m of every vehicle at stage 0..N-1 and its derivatives, from the vehicle kernel."""
+
+    value: Array
+    """[m/s^2], shape (vehicle, stage, 3)."""
+    by_rpy: Array
+    """Shape (vehicle, stage, 3, 3)."""
+    by_thrusts: Array
+    """Shape (vehicle, stage, 3, N_INPUT)."""
+
+
+@dataclass(frozen=True, eq=False)
+class CostLinearization:
+    """The residuals around a guess to first order."""
+
+    guess: Plan
+    jacobian: Array
+    """d residual / d inputs with the states condensed out, shape (row, vehicle * N * N_INPUT)."""
+    pair_by_observer: Array
+    """d p_B1B2_C1 / d (p_I1B1_I1, yaw_I1B1), shape (pair, stage 0..N, 3, 4)."""
+    pair_by_target: Array
+    """d p_B1B2_C1 / d p_I2B2_I2, shape (pair, stage 0..N, 3, 3)."""
+    acceleration: NetAcceleration
+
+
+class TeamCost:
+    """The cost of one optimal control problem."""
+
+    def __init__(self, ocp: Ocp, kernels: Kernels) -> None:
+        n, n_stages, n_pairs = ocp.n_vehicles, ocp.n_stages, len(ocp.pairs)
+        self._ocp = ocp
+        self._kernels = kernels
+        self._observers = np.array([i for i, _ in ocp.pairs])
+        self._targets = np.array([j for _, j in ocp.pairs])
+        self._n_own = n_stages * layout.N_INPUT
+        self._torque_map = np.kron(np.eye(n_stages), _torque_by_thrusts(ocp))
+        self._rate_map = np.eye(self._n_own) - np.eye(self._n_own, k=-layout.N_INPUT)
+
+        weights, terminal = ocp.weights, np.ones(n_stages)
+        terminal[-1] = ocp.weights.terminal_scale
+        by_term = {
+            "formation": np.tile(np.repeat(weights.formation * terminal, 3), n_pairs),
+            "leader_position": np.repeat(weights.leader_position * terminal, 3),
+            "leader_yaw": weights.leader_yaw * terminal,
+            "acceleration": np.full(n * n_stages * 3, weights.acceleration),
+            "torque": np.full(n * n_stages * 3, weights.torque),
+            "thrust_rate": np.full(n * n_stages * layout.N_INPUT, weights.thrust_rate),
+        }
+        self.weights = np.concatenate(list(by_term.values()))
+        """Shape (row,)."""
+        ends = np.cumsum([rows.size for rows in by_term.values()])
+        self._slices = {
+            name: slice(end - rows.size, end) for (name, rows), end in zip(by_term.items(), ends, strict=True)
+        }
+        self._constant_jacobian = np.zeros((self.weights.size, n * self._n_own))
+        for name, own_map in (("torque", self._torque_map), ("thrust_rate", self._rate_map)):
+            self._fill_own_rows(self._constant_jacobian, name, np.broadcast_to(own_map, (n, *own_map.shape)))
+
+    def linearize(
+        self, guess: Plan, geometry: TeamGeometry, maps: StateMaps, acceleration: NetAcceleration
+    ) -> CostLinearization:
+        """Derivatives of all residuals around a guess."""
+        n, n_own = self._ocp.n_vehicles, self._n_own
+        _, by_observer, by_target = self._pair_terms(guess.states, geometry)
+        jacobian = self._constant_jacobian.copy()
+
+        rows = self._rows(jacobian, "formation").reshape(len(self._observers), -1, n, n_own)
+        pairs = np.arange(len(self._observers))
+        observer_maps = maps.by_inputs[self._observers, 1:][:, :, _POSITION_AND_YAW]
+        target_maps = maps.by_inputs[self._targets, 1:, layout.POSITION]
+        rows[pairs, :, self._observers] = (by_observer[:, 1:] @ observer_maps).reshape(len(pairs), -1, n_own)
+        rows[pairs, :, self._targets] = (by_target[:, 1:] @ target_maps).reshape(len(pairs), -1, n_own)
+
+        leader_maps = maps.by_inputs[0, 1:]
+        R_NI = rotation_z(geometry.yaw_NI)
+        self._rows(jacobian, "leader_position")[:, 0] = (R_NI @ leader_maps[:, layout.POSITION]).reshape(-1, n_own)
+        self._rows(jacobian, "leader_yaw")[:, 0] = leader_maps[:, layout.YAW]
+
+        acceleration_map = acceleration.by_rpy @ maps.by_inputs[:, :-1, layout.RPY]
+        for k in range(self._ocp.n_stages):
+            acceleration_map[:, k, :, k * layout.N_INPUT : (k + 1) * layout.N_INPUT] += acceleration.by_thrusts[:, k]
+        self._fill_own_rows(jacobian, "acceleration", acceleration_map.reshape(n, -1, n_own))
+        return CostLinearization(guess, jacobian, by_observer, by_target, acceleration)
+
+    def residual(
+        self,
+        linearization: CostLinearization,
+        state_deviation: Array,
+        geometry: TeamGeometry,
+        reference: HorizonReference,
+        applied_thrusts: Array,
+    ) -> Array:
+        """Residuals at ``guess + state_deviation``, to first order in the deviation but exact in the geometry.
+
+        Args:
+            linearization: around the guess; its geometry may have been another one.
+            state_deviation: shape (vehicle, stage 0..N, N_STATE).
+            geometry: where the {mi} frames lie.
+            reference: what to track.
+            applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
+        """
+        guess = linearization.guess
+        p_B1B2_C1 = self._pair_terms(guess.states, geometry)[0]
+        observer_deviation = state_deviation[self._observers][..., _POSITION_AND_YAW]
+        target_deviation = state_deviation[self._targets][..., layout.POSITION]
+        p_B1B2_C1 = (
+            p_B1B2_C1
+            + np.einsum("pkij,pkj->pki", linearization.pair_by_observer, observer_deviation)
+            + np.einsum("pkij,pkj->pki", linearization.pair_by_target, target_deviation)
+        )
+        leader = guess.states[0] + state_deviation[0]
+        p_NB_N = leader[:, layout.POSITION] @ rotation_z(geometry.yaw_NI).T + geometry.p_NI_N  # eq. Leader_States1
+        yaw_NB = leader[:, layout.YAW] + geometry.yaw_NI  # eq. Leader_States3
+        acceleration = linearization.acceleration
+        rpy_deviation = state_deviation[:, :-1, layout.RPY]
+        own_thrusts = guess.thrusts.reshape(self._ocp.n_vehicles, -1)
+        thrust_rate = own_thrusts @ self._rate_map.T
+        thrust_rate[:, : layout.N_INPUT] -= applied_thrusts
+        residuals = {
+            "formation": (p_B1B2_C1 - reference.p_B1B2_C1)[:, 1:],
+            "leader_position": (p_NB_N - reference.p_NB_N)[1:],
+            "leader_yaw": (yaw_NB - reference.yaw_NB)[1:],
+            "acceleration": acceleration.value + np.einsum("vkij,vkj->vki", acceleration.by_rpy, rpy_deviation),
+            "torque": own_thrusts @ self._torque_map.T,
+            "thrust_rate": thrust_rate,
+        }
+        return np.concatenate([residuals[name].reshape(-1) for name in self._slices])
+
+    def _pair_terms(self, states: Array, geometry: TeamGeometry) -> tuple[Array, Array, Array]:
+        """p_B1B2_C1 and its derivatives by observer and target, each of shape (pair, stage 0..N, ...)."""
+        observer = states[self._observers][..., _POSITION_AND_YAW]
+        target = states[self._targets][..., layout.POSITION]
+        frames = np.concatenate([geometry.p_I1I2_I1, geometry.yaw_I1I2[:, None]], axis=1)
+        frames = np.broadcast_to(frames[:, None], (*target.shape[:2], 4))
+        value, by_observer, by_target = self._kernels.pair_stage(observer, target, frames)
+        stages = target.shape[:2]
+        return (
+            value.reshape(*stages, 3),
+            by_observer.reshape(*stages, 3, 4),
+            by_target.reshape(*stages, 3, 3),
+        )
+
+    def _rows(self, jacobian: Array, name: str) -> Array:
+        """The rows of one term, a view of shape (row, vehicle, own input)."""
+        return jacobian[self._slices[name]].reshape(-1, self._ocp.n_vehicles, self._n_own)
+
+    def _fill_own_rows(self, jacobian: Array, name: str, own_maps: Array) -> None:
+        """Fill a term that concerns each vehicle alone; own_maps has shape (vehicle, row, own input)."""
+        n = self._ocp.n_vehicles
+        rows = self._rows(jacobian, name).reshape(n, -1, n, self._n_own)
+        rows[np.arange(n), :, np.arange(n)] = own_maps
+
+
+def _torque_by_thrusts(ocp: Ocp) -> Array:
+    thrusts = ca.SX.sym("thrusts", layout.N_INPUT)
+    jacobian = ca.Function("torque", [], [ca.jacobian(torque_B(thrusts, ocp.body), thrusts)])
+    return np.array(jacobian()["o0"])

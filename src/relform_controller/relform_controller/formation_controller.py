@@ -1,0 +1,196 @@
+"""The formation controller: measurements of the team in, rotor speeds for the team out, once per control period."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from relform_controller import layout
+from relform_controller.algorithm import ModifiedRti, SolverReport
+from relform_controller.formation import FormationSchedule
+from relform_controller.frames import wrap_angle
+from relform_controller.kernels import Kernels
+from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.raw_feedback import Feedback, Prediction, RawFeedback
+from relform_controller.trajectory import LeaderReference, LeaderTrajectory
+from relform_controller.warm_start import hover_plan, shift, transform
+from relform_core.measurements import RotorCommand, TeamMeasurements
+from relform_core.scenario_config import ScenarioConfig
+
+
+@dataclass(frozen=True, eq=False)
+class PairEstimate:
+    """One ordered pair as the controller sees it (PairState.msg)."""
+
+    observer: str
+    target: str
+    p_B1B2_C1__est: Array
+    """[m], shape (3,)."""
+    p_B1B2_C1__ref: Array
+    """Target of the formation, without its ramp [m], shape (3,)."""
+    yaw_I1I2: float
+    yaw_variance: float
+    yaw_held: bool
+
+
+@dataclass(frozen=True, eq=False)
+class TeamReference:
+    """What the controller was asked to track at one instant (FormationReference.msg)."""
+
+    phase: str
+    p_NB_N: Array
+    """Of the leader [m], shape (3,)."""
+    v_NB_N: Array
+    """Of the leader [m/s], shape (3,)."""
+    yaw_NB: float
+    """Of the leader, continuous [rad]."""
+    formation: Mapping[tuple[str, str], Array]
+    """p_B1B2_C1 by (observer, target), without ramp [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """Everything that one control step decided and saw."""
+
+    step: int
+    stamp_ns: int
+    commands: Mapping[str, RotorCommand]
+    """By vehicle name, in team order."""
+    solver: SolverReport
+    pairs: tuple[PairEstimate, ...]
+    reference: TeamReference
+    leader_position_error: float
+    """Norm of measured minus reference position [m]."""
+    leader_yaw_error: float
+    """Measured minus reference yaw [rad], in (-pi, pi]."""
+
+
+class FormationController:
+    """Central controller of the team.
+
+    `feedback` turns the measurements of one step into commands; `prepare_next` does, after the commands are out, what can be
+    done before the next measurements. `step` does both.
+
+    Args:
+        config: the scenario; of what it says about the vehicles the controller knows the nominal values only.
+        clock: monotonic time [s], for the solver's reports.
+    """
+
+    def __init__(self, config: ScenarioConfig, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._vehicles = config.team.vehicles
+        self._period_ns = config.period_ns
+        self._thrust_coefficient = config.vehicle.thrust_coefficient
+        self._hover_thrust = config.vehicle.hover_thrust
+        self._phase_by_step = _phase_by_step(config)
+        self._ocp = Ocp.from_config(config)
+        self._kernels = Kernels(self._ocp)
+        self._solver = ModifiedRti(self._ocp, self._kernels, config.controller.solver, clock)
+        self._trajectory = LeaderTrajectory(config, config.controller.horizon_steps)
+        self._formation = FormationSchedule(config)
+        self._raw_feedback = RawFeedback(
+            self._vehicles, config.controller.relative_yaw_std_max, config.controller.period
+        )
+        self._plan: Plan | None = None
+        self._geometry: TeamGeometry | None = None
+        self._guess: Plan | None = None
+        self._prediction: Prediction | None = None
+        self._applied_thrusts = np.full((self._ocp.n_vehicles, layout.N_INPUT), self._hover_thrust)
+
+    def set_formation(self, formation: Mapping[str, tuple[float, float, float]]) -> None:
+        """Fly another formation from the next step on, until the scenario changes it.
+
+        Args:
+            formation: position of each follower relative to the leader [m].
+        Raises:
+            ConfigError: the team cannot fly it.
+        """
+        self._formation.request(formation)
+
+    def step(self, measurements: TeamMeasurements) -> Decision:
+        """`feedback`, then `prepare_next`."""
+        decision = self.feedback(measurements)
+        self.prepare_next()
+        return decision
+
+    def feedback(self, measurements: TeamMeasurements) -> Decision:
+        """Decide on the rotor speeds of the interval that starts at the instant of the measurements.
+
+        Raises:
+            FlightError: the first measurements do not suffice to start.
+        """
+        step, n_instants = measurements.step, self._ocp.n_stages + 1
+        self._formation.advance(step)
+        leader = self._trajectory.window(step, n_instants)
+        reference = HorizonReference(self._formation.reference(step, n_instants), leader.p_NB_N, leader.yaw_NB)
+        feedback = self._raw_feedback.update(measurements, float(leader.yaw_NB[0]), self._prediction)
+        guess = self._guess
+        if guess is None:
+            guess = hover_plan(feedback.initial_states, self._hover_thrust, self._ocp.n_stages)
+            self._solver.prepare(guess, feedback.geometry)
+        self._plan, report = self._solver.solve(
+            guess, feedback.initial_states, feedback.geometry, reference, self._applied_thrusts
+        )
+        self._geometry = feedback.geometry
+        self._applied_thrusts = self._plan.thrusts[:, 0]
+        return self._decision(measurements, feedback, leader, report)
+
+    def prepare_next(self) -> None:
+        """Shift and transform the plan into the {mi} frames of the next step, and prepare its first SQP step.
+
+        Raises:
+            RuntimeError: there was no feedback yet.
+        """
+        if self._plan is None or self._geometry is None:
+            raise RuntimeError("prepare_next() needs a feedback() before it")
+        self._guess, geometry = transform(shift(self._plan, self._kernels), self._geometry, self._ocp.pairs)
+        self._prediction = Prediction(self._guess.states[:, 0], geometry)
+        self._solver.prepare(self._guess, geometry)
+
+    def _decision(
+        self, measurements: TeamMeasurements, feedback: Feedback, leader: LeaderReference, report: SolverReport
+    ) -> Decision:
+        assert self._plan is not None
+        speeds = np.sqrt(self._plan.thrusts / self._thrust_coefficient)
+        formation = self._formation.target
+        names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
+        return Decision(
+            step=measurements.step,
+            stamp_ns=measurements.stamp_ns,
+            commands={
+                name: RotorCommand(measurements.stamp_ns, self._period_ns, speeds[vehicle, 0], speeds[vehicle, 1:])
+                for vehicle, name in enumerate(self._vehicles)
+            },
+            solver=report,
+            pairs=tuple(
+                PairEstimate(
+                    observer=observer,
+                    target=target,
+                    p_B1B2_C1__est=feedback.geometry.p_I1I2_I1[pair],  # {mi} and {mc} coincide at the start
+                    p_B1B2_C1__ref=formation[pair],
+                    yaw_I1I2=feedback.yaw_estimates[pair].yaw,
+                    yaw_variance=feedback.yaw_estimates[pair].variance,
+                    yaw_held=feedback.yaw_held[pair],
+                )
+                for pair, (observer, target) in enumerate(names)
+            ),
+            reference=TeamReference(
+                phase=self._phase_by_step[min(measurements.step, len(self._phase_by_step) - 1)],
+                p_NB_N=leader.p_NB_N[0],
+                v_NB_N=leader.v_NB_N[0],
+                yaw_NB=float(leader.yaw_NB[0]),
+                formation=dict(zip(names, formation, strict=True)),
+            ),
+            leader_position_error=float(np.linalg.norm(feedback.geometry.p_NI_N - leader.p_NB_N[0])),
+            leader_yaw_error=wrap_angle(feedback.geometry.yaw_NI - float(leader.yaw_NB[0])),
+        )
+
+
+def _phase_by_step(config: ScenarioConfig) -> list[str]:
+    """Name of the phase at each control step."""
+    names: list[str] = []
+    end = 0.0
+    for phase in config.phases:
+        end += phase.duration
+        names.extend([phase.name] * (round(end / config.controller.period) - len(names)))
+    return names

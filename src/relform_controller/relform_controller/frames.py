@@ -1,0 +1,50 @@
+"""Rotations between the frames of the paper, in NumPy.
+
+{n} `N` is the world (ENU); {mb} `B` the body (FLU); {mi} `I` has the position and yaw of the body at the start of the horizon
+and zero roll and pitch; {mc} `C` moves with the body, has its yaw and zero roll and pitch. `R_BA` reads `v_B = R_BA @ v_A`.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+def wrap_angle(angle: float) -> float:
+    """The same angle in (-pi, pi] [rad]."""
+    return -((math.pi - angle) % math.tau - math.pi)
+
+
+def rotation_x(roll: float) -> Array:
+    """Rotation by ``roll`` [rad] about x, shape (3, 3)."""
+    c, s = math.cos(roll), math.sin(roll)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def rotation_y(pitch: float) -> Array:
+    """Rotation by ``pitch`` [rad] about y, shape (3, 3)."""
+    c, s = math.cos(pitch), math.sin(pitch)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def rotation_z(yaw: float) -> Array:
+    """Rotation by ``yaw`` [rad] about z, shape (3, 3)."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def rotation_CB(roll: float, pitch: float) -> Array:
+    """R_CB = R_y(pitch) R_x(roll): from the body to {mc}, which has the body's yaw; shape (3, 3)."""
+    return rotation_y(pitch) @ rotation_x(roll)
+
+
+def rpy_from_quaternion(q_NB: Array) -> tuple[float, float, float]:
+    """Roll, pitch and yaw (Euler ZYX) [rad] of a quaternion (x, y, z, w) of any non-zero norm."""
+    x, y, z, w = q_NB
+    norm2 = x * x + y * y + z * z + w * w
+    roll = math.atan2(2.0 * (w * x + y * z), w * w - x * x - y * y + z * z)
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x) / norm2)))
+    yaw = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return roll, pitch, yaw

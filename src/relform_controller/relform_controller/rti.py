@@ -1,0 +1,121 @@
+"""One SQP step of the team's problem, split as a real-time iteration: prepare before the measurement, feedback after it.
+
+`prepare` linearises around a guess, condenses and factorises. `feedback` embeds the measured states as deviations from the
+guess, re-evaluates the residuals in the measured geometry, solves the quadratic program with bounds on the inputs, and
+expands. The Gauss-Newton derivatives stay those of the preparation.
+"""
+
+from dataclasses import dataclass
+
+import daqp
+import numpy as np
+
+from relform_controller.condensing import StateMaps, condense
+from relform_controller.cost import CostLinearization, NetAcceleration, TeamCost
+from relform_controller.kernels import Kernels
+from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
+
+
+class QpFailure(Exception):
+    """The quadratic program of an SQP step has no usable solution; the text says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class SqpStep:
+    """The outcome of one SQP step."""
+
+    plan: Plan
+    kkt: float
+    """|gradient . step| + sum |multiplier * active bound| of the QP: the KKT value of ACADO, to which the paper's
+    tolerances refer."""
+    objective: float
+    """Value of eqs. CostFunc1 and CostFunc2 at the new plan, in the Gauss-Newton model of the step."""
+    qp_iterations: int
+    active_bounds: int
+
+
+@dataclass(frozen=True, eq=False)
+class _PreparedQp:
+    guess: Plan
+    maps: StateMaps
+    cost: CostLinearization
+    lower: Array
+    upper: Array
+    qp: daqp.Model
+    hessian: Array
+    """Kept alive, because the QP solver works on its memory."""
+
+
+class RealTimeIteration:
+    """The solver of one optimal control problem."""
+
+    def __init__(self, ocp: Ocp, kernels: Kernels) -> None:
+        self._ocp = ocp
+        self._kernels = kernels
+        self._cost = TeamCost(ocp, kernels)
+        self._prepared: _PreparedQp | None = None
+
+    def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
+        """Linearise, condense and factorise around a guess, with the {mi} frames where they are predicted to be.
+
+        Raises:
+            QpFailure: the QP cannot be set up, for instance because the guess is not finite.
+        """
+        self._prepared = None
+        stages = (self._ocp.n_vehicles, self._ocp.n_stages)
+        following, A, B, *acceleration = (
+            output.reshape(*stages, *output.shape[1:])
+            for output in self._kernels.vehicle_stage(guess.states[:, :-1], guess.thrusts)
+        )
+        maps = condense(A, B, following - guess.states[:, 1:])
+        cost = self._cost.linearize(guess, geometry, maps, NetAcceleration(*(part.copy() for part in acceleration)))
+        hessian = 2.0 * (cost.jacobian.T @ (self._cost.weights[:, None] * cost.jacobian))
+        if not np.isfinite(hessian).all():
+            raise QpFailure("the linearisation is not finite")
+        thrusts = guess.thrusts.reshape(-1)
+        lower, upper = self._ocp.thrust_min - thrusts, self._ocp.thrust_max - thrusts
+        qp = daqp.Model()
+        only_bounds = np.zeros((0, thrusts.size))
+        exit_flag, _ = qp.setup(hessian, np.zeros(thrusts.size), only_bounds, upper, lower)
+        if exit_flag < 0:
+            raise QpFailure(f"the QP cannot be set up (daqp exit flag {exit_flag})")
+        self._prepared = _PreparedQp(guess, maps, cost, lower, upper, qp, hessian)
+
+    def feedback(
+        self, initial_states: Array, geometry: TeamGeometry, reference: HorizonReference, applied_thrusts: Array
+    ) -> SqpStep:
+        """Solve the prepared problem for what was measured.
+
+        Args:
+            initial_states: state of each vehicle in its own {mi}, shape (vehicle, N_STATE).
+            geometry: where the {mi} frames are measured to be.
+            reference: what to track.
+            applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
+        Raises:
+            QpFailure: nothing was prepared, or the QP was not solved.
+        """
+        prepared = self._prepared
+        if prepared is None:
+            raise QpFailure("no problem is prepared")
+        guess, cost, weights = prepared.guess, prepared.cost, self._cost.weights
+        deviation = prepared.maps.free_response(initial_states - guess.states[:, 0])
+        residual = self._cost.residual(cost, deviation, geometry, reference, applied_thrusts)
+        gradient = 2.0 * (cost.jacobian.T @ (weights * residual))
+        if not np.isfinite(gradient).all():
+            raise QpFailure("the residuals are not finite")
+        prepared.qp.update(None, gradient, None, prepared.upper, prepared.lower)
+        step, _, exit_flag, info = prepared.qp.solve()
+        if exit_flag <= 0 or not np.isfinite(step).all():
+            raise QpFailure(f"the QP was not solved (daqp exit flag {exit_flag})")
+        own_steps = step.reshape(self._ocp.n_vehicles, -1)
+        deviation = deviation + np.einsum("vkij,vj->vki", prepared.maps.by_inputs, own_steps)
+        thrusts = guess.thrusts + step.reshape(guess.thrusts.shape)
+        residual = residual + cost.jacobian @ step
+        multipliers = info["lam"]
+        return SqpStep(
+            plan=Plan(guess.states + deviation, np.clip(thrusts, self._ocp.thrust_min, self._ocp.thrust_max)),
+            kkt=float(abs(gradient @ step) + np.abs(multipliers * step).sum()),
+            objective=float(weights @ residual**2),
+            qp_iterations=int(info["iterations"]),
+            active_bounds=int(np.count_nonzero(multipliers)),
+        )
