@@ -1,0 +1,34 @@
+"""The pose in the world frame that only the leader knows."""
+
+import numpy as np
+
+from relform_core.measurements import Odometry
+from relform_core.sensors_config import LocalizationConfig
+from relform_sensors.rotation import quaternion_from_rotation_vector, quaternion_product
+
+UNKNOWN_VARIANCE = 1.0e6
+"""Variance that ROS nodes read as "not measured"."""
+
+
+class LocalizationSensor:
+    """Absolute position, velocity and attitude (roll and pitch as good as the yaw), but not the rates."""
+
+    def __init__(self, config: LocalizationConfig, generator: np.random.Generator) -> None:
+        self._config = config
+        self._generator = generator
+        self._pose_covariance = np.diag([config.position_std**2] * 3 + [config.yaw_std**2] * 3)
+        self._twist_covariance = np.diag([config.velocity_std**2] * 3 + [UNKNOWN_VARIANCE] * 3)
+
+    def read(self, truth: Odometry) -> Odometry:
+        """Localize the vehicle with this true state."""
+        position_noise, velocity_noise, rotation_noise = self._generator.standard_normal((3, 3))
+        q_noise = quaternion_from_rotation_vector(self._config.yaw_std * rotation_noise)
+        return Odometry(
+            stamp_ns=truth.stamp_ns,
+            p_NB_N=truth.p_NB_N + self._config.position_std * position_noise,
+            q_NB=quaternion_product(truth.q_NB, q_noise),
+            v_NB_B=truth.v_NB_B + self._config.velocity_std * velocity_noise,
+            w_NB_B=np.zeros(3),
+            pose_covariance=self._pose_covariance,
+            twist_covariance=self._twist_covariance,
+        )

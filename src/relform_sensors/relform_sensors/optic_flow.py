@@ -1,0 +1,20 @@
+"""Velocity in the body frame."""
+
+import numpy as np
+
+from relform_core.measurements import Odometry, OpticFlow
+from relform_core.sensors_config import OpticFlowConfig
+
+
+class OpticFlowSensor:
+    """Optic flow scaled by its own height: the velocity, with the same noise on every axis."""
+
+    def __init__(self, config: OpticFlowConfig, generator: np.random.Generator) -> None:
+        self._config = config
+        self._generator = generator
+        self._covariance = config.velocity_std**2 * np.eye(3)
+
+    def read(self, truth: Odometry) -> OpticFlow:
+        """Measure the velocity of the vehicle with this true state."""
+        noise = self._config.velocity_std * self._generator.standard_normal(3)
+        return OpticFlow(truth.stamp_ns, truth.v_NB_B + noise, self._covariance)

@@ -1,0 +1,112 @@
+"""Range and bearing from one vehicle to the others (eqs. CameraRange1, CameraRange2)."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from relform_core.measurements import Array, Odometry, RangeBearing, RangeBearings
+from relform_core.scenario_config import Outliers
+from relform_core.sensors_config import RangeBearingConfig, Sector
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_sensors.rotation import rotation_matrix, wrap_angle
+
+UNKNOWN_ANGLE_STD = math.pi / math.sqrt(3.0)
+"""Standard deviation of an angle of which nothing is known: uniform in (-pi, pi] [rad]."""
+
+
+class RangeBearingSensor:
+    """Sees every target that is within the range limits and in one of the sectors of the field of view.
+
+    The noise is as long along the line of sight as across it. Every step draws the same numbers for every
+    possible target, in team order, whether or not it is seen.
+    """
+
+    def __init__(
+        self,
+        config: RangeBearingConfig,
+        generator: np.random.Generator,
+        observer: str,
+        targets: Sequence[str],
+        outliers: Sequence[Outliers],
+    ) -> None:
+        """Observer, possible targets in team order, events that hit it; of several, the first acts."""
+        self._config = config
+        self._generator = generator
+        self._observer = observer
+        self._targets = tuple(targets)
+        self._outliers = tuple(outliers)
+
+    def read(self, ground_truth: Mapping[str, Odometry]) -> RangeBearings:
+        """Measure, given the true states of observer and targets at one instant."""
+        observer = ground_truth[self._observer]
+        time = observer.stamp_ns / NANOSECONDS_PER_SECOND
+        outlier = next((event for event in self._outliers if event.active(time)), None)
+        R_NB = rotation_matrix(observer.q_NB)
+        by_target = {}
+        for target in self._targets:
+            # Body {t} of the target relative to body {b} of the observer.
+            p_BT_B = R_NB.T @ (ground_truth[target].p_NB_N - observer.p_NB_N)
+            measured = self._read_target(target, p_BT_B, outlier)
+            if measured is not None:
+                by_target[target] = measured
+        return RangeBearings(observer.stamp_ns, by_target)
+
+    def _read_target(self, target: str, p_BT_B: Array, outlier: Outliers | None) -> RangeBearing | None:
+        dropout_draw, outlier_draw = self._generator.uniform(size=2)
+        noise, outlier_noise = self._generator.standard_normal((2, 3))
+
+        truth = _spherical(p_BT_B)
+        if not self._in_view(*truth) or dropout_draw < self._config.dropout_probability:
+            return None
+        std = self._std(truth[0], truth[2])
+        if outlier is not None and outlier_draw < outlier.probability:
+            std = np.array([outlier.range_std, outlier.bearing_std, outlier.bearing_std])
+            noise = outlier_noise
+        distance, azimuth, elevation = (truth + std * noise).tolist()
+        distance = abs(distance)
+        azimuth, elevation = _principal(azimuth, elevation)
+        # The sensor knows neither the truth nor that this may be an outlier: it tells what it believes.
+        covariance = np.diag(self._std(distance, elevation) ** 2)
+        return RangeBearing(target, distance, azimuth, elevation, covariance)
+
+    def _in_view(self, distance: float, azimuth: float, elevation: float) -> bool:
+        return self._config.range_min <= distance <= self._config.range_max and any(
+            _in_sector(sector, azimuth, elevation) for sector in self._config.sectors
+        )
+
+    def _std(self, distance: float, elevation: float) -> Array:
+        """Standard deviations of range [m], azimuth and elevation [rad], shape (3,)."""
+        across = self._config.position_std
+        return np.array(
+            [across, _angle_std(across, distance * math.cos(elevation)), _angle_std(across, distance)]
+        )
+
+
+def _spherical(p_BT_B: Array) -> Array:
+    """Range, azimuth, elevation of a relative position, shapes (3,)."""
+    x, y, z = p_BT_B.tolist()
+    horizontal = math.hypot(x, y)
+    return np.array([math.hypot(horizontal, z), math.atan2(y, x), math.atan2(z, horizontal)])
+
+
+def _angle_std(across: float, arm: float) -> float:
+    """Angle of an error ``across`` at distance ``arm``; never worse than unknown, which it is at 0."""
+    return across / max(arm, across / UNKNOWN_ANGLE_STD)
+
+
+def _principal(azimuth: float, elevation: float) -> tuple[float, float]:
+    """The same direction with elevation in [-pi/2, pi/2]: noise may carry it over a pole."""
+    elevation = wrap_angle(elevation)
+    if abs(elevation) > 0.5 * math.pi:
+        elevation = math.copysign(math.pi, elevation) - elevation
+        azimuth += math.pi
+    return wrap_angle(azimuth), elevation
+
+
+def _in_sector(sector: Sector, azimuth: float, elevation: float) -> bool:
+    if not sector.elevation_min <= elevation <= sector.elevation_max:
+        return False
+    if sector.azimuth_min < sector.azimuth_max:
+        return sector.azimuth_min <= azimuth <= sector.azimuth_max
+    return azimuth >= sector.azimuth_min or azimuth <= sector.azimuth_max  # spans the backward direction

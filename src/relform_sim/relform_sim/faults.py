@@ -1,0 +1,39 @@
+"""What ends a flight: ground contact, collision, tilt beyond the limit, a state that is no number."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from relform_core.measurements import Odometry
+from relform_core.vehicle_config import VehicleConfig
+
+
+def find_fault(config: VehicleConfig, name: str, ground_truth: Mapping[str, Odometry]) -> str | None:
+    """What is wrong with the vehicle ``name``, in one line, given the true states of all; None: nothing.
+
+    The ground is touched when the body origin reaches it: the collision radius is that of the rotor plane.
+    """
+    own = ground_truth[name]
+    if not all(np.isfinite(part).all() for part in (own.p_NB_N, own.q_NB, own.v_NB_B, own.w_NB_B)):
+        return f"{name} has a state that is not finite: the simulation diverged"
+    distances = {
+        other: math.dist(own.p_NB_N, state.p_NB_N) for other, state in ground_truth.items() if other != name
+    }
+    nearest = min(distances, key=distances.__getitem__)
+    needed = 2.0 * config.collision_radius
+    if (apart := distances[nearest]) < needed:
+        return f"{name} collided with {nearest} ({apart:.2f} m apart, at least {needed:.2f} m are needed)"
+    if (height := float(own.p_NB_N[2])) <= 0.0:
+        return f"{name} touched the ground (at a height of {height:.2f} m, above 0 is needed)"
+    if (tilt := _tilt(own)) > config.tilt_max:
+        limit = math.degrees(config.tilt_max)
+        return f"{name} tilted by {math.degrees(tilt):.0f} deg (at most {limit:.0f} deg are allowed)"
+    return None
+
+
+def _tilt(state: Odometry) -> float:
+    """Angle between body z and the vertical [rad]."""
+    x, y, z, w = state.q_NB.tolist()
+    # q is a rotation by the tilt about a horizontal axis after one about body z: |(x, y)| = sin(tilt / 2).
+    return 2.0 * math.atan2(math.hypot(x, y), math.hypot(z, w))

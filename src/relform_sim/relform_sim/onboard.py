@@ -1,0 +1,86 @@
+"""What runs on a vehicle itself: which command, or what instead of it, turns the rotors in each interval."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relform_core.measurements import Array, Imu, OpticFlow, RotorCommand
+from relform_core.vehicle_config import VehicleConfig
+from relform_sim.failsafe import Failsafe
+
+
+@dataclass
+class OnboardCounts:
+    """How often, since the start, something other than a fresh command was flown, and why."""
+
+    missing: int = 0
+    """Intervals for which no command arrived."""
+    rejected: int = 0
+    """Commands that arrived and were refused: malformed, not finite, old, or from the future."""
+    replayed: int = 0
+    """Intervals flown on the predicted sequence of an earlier command."""
+    failsafe: int = 0
+    """Intervals flown by the failsafe, because no plan was left."""
+
+
+class Onboard:
+    """Flies the newest good command; without one, its predicted sequence; after that, the failsafe.
+
+    Commands are placed in time by their stamps, so that one that comes several steps late falls into step.
+    """
+
+    def __init__(self, config: VehicleConfig, period: float) -> None:
+        """Vehicle, and length of the intervals [s]."""
+        self._speed_min = config.rotor_speed_min
+        self._speed_max = config.rotor_speed_max
+        self._failsafe = Failsafe(config, period)
+        self._last: RotorCommand | None = None
+        self.counts = OnboardCounts()
+
+    def rotor_speeds(
+        self, stamp_ns: int, command: RotorCommand | None, imu: Imu, optic_flow: OpticFlow
+    ) -> Array:
+        """Rotor speeds of one interval, within the limits [rad/s], shape (4,).
+
+        Args:
+            stamp_ns: start of the interval.
+            command: what has arrived since the interval before, or None.
+            imu: the vehicle's own, at the start of the interval.
+            optic_flow: likewise.
+        """
+        if command is None:
+            self.counts.missing += 1
+        elif self._acceptable(command, stamp_ns):
+            self._last = command
+        else:
+            self.counts.rejected += 1
+        speeds = self._planned(stamp_ns)
+        if speeds is None:
+            self.counts.failsafe += 1
+            speeds = self._failsafe.rotor_speeds(imu, optic_flow)
+        return np.clip(speeds, self._speed_min, self._speed_max)
+
+    def _acceptable(self, command: RotorCommand, stamp_ns: int) -> bool:
+        """Whether it can be flown, says something new, and is not from the future."""
+        return (
+            command.period_ns > 0
+            and command.speeds.shape == (4,)
+            and command.predicted_speeds.shape[1:] == (4,)
+            and bool(np.isfinite(command.speeds).all())
+            and bool(np.isfinite(command.predicted_speeds).all())
+            and (self._last is None or command.stamp_ns > self._last.stamp_ns)
+            and command.stamp_ns <= stamp_ns
+        )
+
+    def _planned(self, stamp_ns: int) -> Array | None:
+        """What the last good command says about the interval that starts at ``stamp_ns``; None: nothing."""
+        if self._last is None:
+            return None
+        intervals_later = (stamp_ns - self._last.stamp_ns) // self._last.period_ns
+        if intervals_later == 0:
+            return self._last.speeds
+        if intervals_later > len(self._last.predicted_speeds):
+            return None
+        self.counts.replayed += 1
+        predicted: Array = self._last.predicted_speeds[intervals_later - 1]
+        return predicted

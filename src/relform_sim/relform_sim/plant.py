@@ -1,0 +1,106 @@
+"""The true quadrotor: its state, moved through time under rotor commands and disturbances."""
+
+import math
+
+import numpy as np
+
+from relform_core.measurements import Array, Odometry
+from relform_core.units import GRAVITY
+from relform_sim.integrate import State, rk4_step
+from relform_sim.rigid_body import Body, Vector3, Wrench, rigid_body_rate, rotation_rows, rotor_wrench
+
+NO_WIND: Vector3 = (0.0, 0.0, 0.0)
+
+
+class Plant:
+    """One quadrotor, integrated with RK4 at a fixed step."""
+
+    def __init__(
+        self,
+        body: Body,
+        *,
+        step: float,
+        rotor_time_constant: float,
+        rotor_speed: float,
+        p_NB_N: Vector3,
+        q_NB: State,
+        v_NB_N: Vector3 = (0.0, 0.0, 0.0),
+        w_NB_B: Vector3 = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Initial state, and ``rotor_speed`` [rad/s] at which all rotors turn.
+
+        Args:
+            step: integration step [s].
+            rotor_time_constant: first-order lag of the rotor speeds [s]; 0: none.
+        """
+        self._body = body
+        self._step = step
+        self._rotor_time_constant = rotor_time_constant
+        self._state: State = (*p_NB_N, *v_NB_N, *q_NB, *w_NB_B)
+        self._rotor_speeds: State = (rotor_speed,) * 4
+        self._wind_N = NO_WIND
+        self._thrust_scale = 1.0
+
+    def advance(
+        self, commanded: State, duration: float, *, wind_N: Vector3 = NO_WIND, thrust_scale: float = 1.0
+    ) -> None:
+        """Integrate over ``duration`` [s], a multiple of the step, with all inputs constant.
+
+        Args:
+            commanded: rotor speeds front, left, back, right [rad/s].
+            wind_N: external force in the world frame [N].
+            thrust_scale: factor on thrust and torque of every rotor.
+        """
+        self._wind_N, self._thrust_scale = wind_N, thrust_scale
+        initial = self._rotor_speeds
+        steady = rotor_wrench(self._body, commanded, thrust_scale)
+
+        def wrench(time: float) -> Wrench:
+            if self._rotor_time_constant == 0.0:
+                return steady
+            return rotor_wrench(self._body, self._lagged(initial, commanded, time), thrust_scale)
+
+        def rate(time: float, state: State) -> State:
+            return rigid_body_rate(self._body, wrench(time), wind_N, state)
+
+        for i in range(round(duration / self._step)):
+            self._state = _normalized(rk4_step(rate, i * self._step, self._state, self._step))
+        self._rotor_speeds = self._lagged(initial, commanded, duration)
+
+    def _lagged(self, initial: State, commanded: State, time: float) -> State:
+        """Rotor speeds at ``time`` after a new command: the exact solution of the first-order lag."""
+        if self._rotor_time_constant == 0.0:
+            return commanded
+        remaining = math.exp(-time / self._rotor_time_constant)
+        return tuple([end + (start - end) * remaining for start, end in zip(initial, commanded, strict=True)])
+
+    def odometry(self, stamp_ns: int) -> Odometry:
+        """The true state, stamped."""
+        state = np.array(self._state)
+        return Odometry(
+            stamp_ns=stamp_ns,
+            p_NB_N=state[0:3],
+            q_NB=state[6:10],
+            v_NB_B=self._R_NB().T @ state[3:6],
+            w_NB_B=state[10:13],
+            pose_covariance=np.zeros((6, 6)),
+            twist_covariance=np.zeros((6, 6)),
+        )
+
+    def specific_force(self) -> Array:
+        """True f_NB_B [m/s^2], shape (3,), at the end of the last interval and under its inputs."""
+        wrench = rotor_wrench(self._body, self._rotor_speeds, self._thrust_scale)
+        rate = rigid_body_rate(self._body, wrench, self._wind_N, self._state)
+        gravity_N = np.array([0.0, 0.0, -GRAVITY])
+        f_NB_B: Array = self._R_NB().T @ (np.array(rate[3:6]) - gravity_N)
+        return f_NB_B
+
+    def _R_NB(self) -> Array:
+        return np.array(rotation_rows(self._state[6:10]))
+
+
+def _normalized(state: State) -> State:
+    """The state with a unit quaternion: integration keeps its length only to the order of the method."""
+    x, y, z, w = state[6:10]
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    return (*state[0:6], x / length, y / length, z / length, w / length, *state[10:13])

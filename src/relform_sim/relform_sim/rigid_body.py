@@ -1,0 +1,116 @@
+"""Dynamics of a quadrotor: a rigid body under rotor thrust, eqs. Dynamics1-4 and Aerodynamics.
+
+Written in scalars for speed, in the order of the paper's equations. The prediction model of the controller is
+written independently of this one, with Euler angles, so that each is an oracle for the other.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relform_core.units import GRAVITY
+from relform_core.vehicle_config import VehicleConfig
+from relform_sim.integrate import State
+
+Vector3 = tuple[float, float, float]
+
+UNCERTAINTY_LIMIT = 3.0
+"""Mass and inertia are drawn within this many standard deviations, so that they stay positive."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """The true parameters of one vehicle in one flight [SI]; rotors front, left, back, right."""
+
+    mass: float
+    inertia: Vector3
+    """Principal moments about body x, y, z [kg m^2]."""
+    arm_length: float
+    thrust_coefficient: float
+    torque_coefficient: float
+    drag_coefficient: Vector3
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """What the rotors do to the body: F_3 [N] along body z, and the torque about body x, y, z [N m]."""
+
+    thrust: float
+    torque: Vector3
+
+
+def draw_body(config: VehicleConfig, generator: np.random.Generator) -> Body:
+    """The vehicle that really flies: nominal, but for the mass and each moment of inertia."""
+    draws = np.clip(generator.standard_normal(4), -UNCERTAINTY_LIMIT, UNCERTAINTY_LIMIT).tolist()
+    x, y, z = (
+        nominal * (1.0 + config.inertia_std * draw)
+        for nominal, draw in zip(config.inertia, draws[1:], strict=True)
+    )
+    return Body(
+        mass=config.mass * (1.0 + config.mass_std * draws[0]),
+        inertia=(x, y, z),
+        arm_length=config.arm_length,
+        thrust_coefficient=config.thrust_coefficient,
+        torque_coefficient=config.torque_coefficient,
+        drag_coefficient=config.drag_coefficient,
+    )
+
+
+def rotor_wrench(body: Body, speeds: tuple[float, ...], scale: float) -> Wrench:
+    """Eq. Aerodynamics for four rotor speeds [rad/s]; thrust and torque of every rotor are scaled."""
+    c_T, c_Q, d = scale * body.thrust_coefficient, scale * body.torque_coefficient, body.arm_length
+    front, left, back, right = [speed * speed for speed in speeds]
+    return Wrench(
+        thrust=c_T * (front + left + back + right),
+        torque=(d * c_T * (left - right), d * c_T * (back - front), c_Q * (front - left + back - right)),
+    )
+
+
+def rotation_rows(q_NB: State) -> tuple[Vector3, Vector3, Vector3]:
+    """Rows of R_NB for the unit quaternion (x, y, z, w)."""
+    x, y, z, w = q_NB
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+def rigid_body_rate(body: Body, wrench: Wrench, wind_N: Vector3, state: State) -> State:
+    """Time derivative of the state (p_NB_N, v_NB_N, q_NB, w_NB_B), 13 numbers.
+
+    Args:
+        wind_N: external force in the world frame [N].
+    """
+    _, _, _, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = state
+    (r11, r12, r13), (r21, r22, r23), (r31, r32, r33) = rotation_rows((qx, qy, qz, qw))
+    m = body.mass
+    ix, iy, iz = body.inertia
+    tau_x, tau_y, tau_z = wrench.torque
+    dx, dy, dz = body.drag_coefficient
+
+    # F_B = thrust along body z - linear drag on v_B = R_NB^T v_N
+    fx = -dx * (r11 * vx + r21 * vy + r31 * vz)
+    fy = -dy * (r12 * vx + r22 * vy + r32 * vz)
+    fz = -dz * (r13 * vx + r23 * vy + r33 * vz) + wrench.thrust
+    # angular momentum I w
+    hx, hy, hz = ix * wx, iy * wy, iz * wz
+    return (
+        # Dynamics1: p' = v
+        vx,
+        vy,
+        vz,
+        # Dynamics2: m v' = m g + R_NB F_B + wind
+        (r11 * fx + r12 * fy + r13 * fz + wind_N[0]) / m,
+        (r21 * fx + r22 * fy + r23 * fz + wind_N[1]) / m,
+        (r31 * fx + r32 * fy + r33 * fz + wind_N[2]) / m - GRAVITY,
+        # in place of Dynamics3 (Euler angles): q' = q * (w, 0) / 2
+        0.5 * (qw * wx + qy * wz - qz * wy),
+        0.5 * (qw * wy + qz * wx - qx * wz),
+        0.5 * (qw * wz + qx * wy - qy * wx),
+        -0.5 * (qx * wx + qy * wy + qz * wz),
+        # Dynamics4: I w' = tau - w x I w
+        (tau_x - (wy * hz - wz * hy)) / ix,
+        (tau_y - (wz * hx - wx * hz)) / iy,
+        (tau_z - (wx * hy - wy * hx)) / iz,
+    )

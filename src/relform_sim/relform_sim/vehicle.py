@@ -1,0 +1,138 @@
+"""One simulated quadrotor: plant, link, onboard logic and sensors, moved from control step to control step.
+
+Step k is the instant t_k = k * period. Call ``advance(k)``, ``measure(k)`` and ``fault(k)`` in this order for
+k = 0, 1, 2 ... What a vehicle knows of the others is their ground truth as their ``advance`` hands it out: so
+a flight is the same, bit for bit, in one process and over ROS.
+"""
+
+import math
+from collections.abc import Mapping
+
+from relform_core.errors import FlightError
+from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
+from relform_core.randomness import Stream, spawn_generator
+from relform_core.scenario_config import CommandLoss, ScenarioConfig, ThrustScale, Wind
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_sensors.loss import Loss
+from relform_sensors.suite import Readings, SensorSuite
+from relform_sim.faults import find_fault
+from relform_sim.onboard import Onboard, OnboardCounts
+from relform_sim.plant import Plant
+from relform_sim.rigid_body import Vector3, draw_body
+
+
+class Vehicle:
+    """The quadrotor ``name`` of a scenario.
+
+    It starts at rest at its place in the first formation, with the leader's yaw, and with the rotors at the
+    hover speed of the nominal vehicle.
+    """
+
+    def __init__(self, config: ScenarioConfig, seed: int, name: str) -> None:
+        """Raises FlightError if the team has no such vehicle."""
+        if name not in config.team.vehicles:
+            raise FlightError(f"'{name}' is not in the team, known are {', '.join(config.team.vehicles)}")
+        index = config.team.vehicles.index(name)
+        self._config = config
+        self._name = name
+        self._step = -1
+        """Last step advanced to."""
+        self._readings: Readings | None = None
+        """Of the last step measured."""
+        p_NB_N, yaw = _initial_pose(config, name)
+        self._plant = Plant(
+            draw_body(config.vehicle, spawn_generator(seed, index, Stream.PLANT)),
+            step=config.plant.step,
+            rotor_time_constant=config.vehicle.rotor_time_constant,
+            rotor_speed=config.vehicle.hover_speed,
+            p_NB_N=p_NB_N,
+            q_NB=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
+        )
+        self._onboard = Onboard(config.vehicle, config.controller.period)
+        self._sensors = SensorSuite(config, seed, name)
+        events = [event for event in config.events if event.target == name]
+        self._winds = [event for event in events if isinstance(event, Wind)]
+        self._thrust_scales = [event for event in events if isinstance(event, ThrustScale)]
+        self._command_loss = Loss(
+            spawn_generator(seed, index, Stream.LINK),
+            events=[event for event in events if isinstance(event, CommandLoss)],
+        )
+
+    @property
+    def counts(self) -> OnboardCounts:
+        """How often something other than a fresh command was flown."""
+        return self._onboard.counts
+
+    def advance(self, step: int, command: RotorCommand | None) -> Odometry:
+        """Integrate from the step before and return the ground truth at t_step; step 0: the initial one.
+
+        Args:
+            command: the one for [t_{step - 1}, t_step], as it was sent; None: it was not. Step 0: not used.
+        Raises:
+            FlightError: the step before was not advanced to, or not measured.
+        """
+        if step != self._step + 1:
+            raise FlightError(f"{self._name}: step {step} cannot follow step {self._step}")
+        self._step = step
+        if step > 0:
+            self._fly_interval(step - 1, command)
+        return self._plant.odometry(self._stamp_ns(step))
+
+    def measure(self, step: int, ground_truth: Mapping[str, Odometry]) -> VehicleMeasurements:
+        """What this vehicle sends at t_step, given the true states of all vehicles, its own included.
+
+        Raises:
+            FlightError: not the step just advanced to, or ground truth of another instant.
+        """
+        self._check_instant(step, ground_truth)
+        self._readings = self._sensors.read(ground_truth, self._plant.specific_force())
+        return self._sensors.transmit(self._readings)
+
+    def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:
+        """Why this vehicle cannot fly on, in one line; None: it can. Arguments and errors as ``measure``."""
+        self._check_instant(step, ground_truth)
+        return find_fault(self._config.vehicle, self._name, ground_truth)
+
+    def _fly_interval(self, step: int, command: RotorCommand | None) -> None:
+        """Fly [t_step, t_{step + 1}]; events act on whole intervals, as they are at the start."""
+        stamp_ns = self._stamp_ns(step)
+        if self._readings is None or self._readings.stamp_ns != stamp_ns:
+            raise FlightError(f"{self._name}: step {step} was not measured before step {step + 1}")
+        time = stamp_ns / NANOSECONDS_PER_SECOND
+        is_lost = self._command_loss.loses(time)  # drawn in any case
+        speeds = self._onboard.rotor_speeds(
+            stamp_ns, None if is_lost else command, self._readings.imu, self._readings.optic_flow
+        )
+        winds = [wind.force_N for wind in self._winds if wind.active(time)]
+        self._plant.advance(
+            tuple(speeds.tolist()),
+            self._config.controller.period,
+            wind_N=(sum(w[0] for w in winds), sum(w[1] for w in winds), sum(w[2] for w in winds)),
+            thrust_scale=math.prod(event.scale for event in self._thrust_scales if event.active(time)),
+        )
+
+    def _check_instant(self, step: int, ground_truth: Mapping[str, Odometry]) -> None:
+        if step != self._step:
+            raise FlightError(f"{self._name}: asked about step {step}, but it is at step {self._step}")
+        for name in self._config.team.vehicles:
+            if name not in ground_truth:
+                raise FlightError(f"{self._name}: ground truth of {name} is missing in step {step}")
+            if (stamp_ns := ground_truth[name].stamp_ns) != self._stamp_ns(step):
+                raise FlightError(
+                    f"{self._name}: ground truth of {name} is stamped {stamp_ns} ns, "
+                    f"step {step} is at {self._stamp_ns(step)} ns"
+                )
+
+    def _stamp_ns(self, step: int) -> int:
+        return step * self._config.period_ns
+
+
+def _initial_pose(config: ScenarioConfig, name: str) -> tuple[Vector3, float]:
+    """p_NB_N [m] and yaw [rad]: the leader at the start, a follower at its place in the first formation."""
+    x, y, z = config.start.position
+    yaw = config.start.yaw
+    if name == config.team.leader:
+        return (x, y, z), yaw
+    forward, left, up = config.formations[config.phases[0].formation][name]
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    return (x + cosine * forward - sine * left, y + sine * forward + cosine * left, z + up), yaw
