@@ -69,7 +69,8 @@ class RealTimeIteration:
         )
         maps = condense(A, B, following - guess.states[:, 1:])
         cost = self._cost.linearize(guess, geometry, maps, NetAcceleration(*(part.copy() for part in acceleration)))
-        hessian = 2.0 * (cost.jacobian.T @ (self._cost.weights[:, None] * cost.jacobian))
+        weighted = np.sqrt(2.0 * self._cost.weights)[:, None] * cost.jacobian
+        hessian = weighted.T @ weighted
         if not np.isfinite(hessian).all():
             raise QpFailure("the linearisation is not finite")
         thrusts = guess.thrusts.reshape(-1)

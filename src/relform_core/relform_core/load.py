@@ -4,6 +4,7 @@ A scenario names its vehicle, sensors and controller by the path of another file
 configuration* is the same scenario with these files, the overrides and the seed written in; it is a scenario file too.
 """
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
@@ -16,7 +17,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from relform_core.errors import ConfigError
-from relform_core.scenario_config import ScenarioConfig
+from relform_core.scenario_config import UNION_TAGS, ScenarioConfig
 
 SECTIONS_IN_FILES = ("vehicle", "sensors", "controller")
 
@@ -42,13 +43,11 @@ def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = 
     """
     tree = _read_yaml(path)
     sources = {"": str(path)}
+    # Whole sections first: another file of a section is read before one of its keys is changed.
+    for override in sorted(overrides, key=lambda text: text.partition("=")[0].strip() not in SECTIONS_IN_FILES):
+        _apply_override(tree, override, path.parent, sources)
     for section in SECTIONS_IN_FILES:
-        if isinstance(reference := tree.get(section), str):
-            section_path = path.parent / reference
-            tree[section] = _read_yaml(section_path)
-            sources[section] = str(section_path)
-    for override in overrides:
-        _apply_override(tree, override)
+        _resolve_section(tree, section, path.parent, sources)
     if seed is not None:
         tree["seed"] = seed
     tree.setdefault("seed", 0)
@@ -79,16 +78,25 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     return cast(dict[str, Any], tree)
 
 
+def _resolve_section(tree: dict[str, Any], section: str, folder: Path, sources: dict[str, str]) -> None:
+    """Replace the path of a section's file by what it holds."""
+    if isinstance(reference := tree.get(section), str):
+        path = Path(os.path.normpath(folder / reference))
+        tree[section] = _read_yaml(path)
+        sources[section] = str(path)
+
+
 def _to_yaml(tree: Mapping[str, Any]) -> str:
     stream = StringIO()
     yaml = YAML(typ="safe", pure=True)
+    yaml.width = 120
     yaml.default_flow_style = None  # short lists stay on one line
     yaml.sort_base_mapping_type_on_output = False
     yaml.dump(dict(tree), stream)
     return stream.getvalue()
 
 
-def _apply_override(tree: dict[str, Any], override: str) -> None:
+def _apply_override(tree: dict[str, Any], override: str, folder: Path, sources: dict[str, str]) -> None:
     key, separator, text = override.partition("=")
     if not separator or not key.strip():
         raise ConfigError(f"--set {override}: must have the form some.key=value")
@@ -97,6 +105,10 @@ def _apply_override(tree: dict[str, Any], override: str) -> None:
     except YAMLError:
         raise ConfigError(f"--set {override}: the value is not valid YAML") from None
     *parents, last = key.strip().split(".")
+    if parents:
+        _resolve_section(tree, parents[0], folder, sources)
+    elif last in SECTIONS_IN_FILES and isinstance(value, str):
+        value = os.path.abspath(value)  # on a command line, paths are relative to where it is typed
     node: Any = tree
     for name in parents:
         node = _child(node, name, override)
@@ -125,7 +137,7 @@ def _checked_seed(seed: Any, path: Path) -> int:
 
 def _explain(details: ErrorDetails, sources: Mapping[str, str]) -> str:
     """One line for one problem: file, key, what is wrong, value."""
-    location = [str(part) for part in details["loc"]]
+    location = [str(part) for part in details["loc"] if part not in UNION_TAGS]
     section = location[0] if location and location[0] in sources else ""
     key = ".".join(location[1:] if section else location)
     where = f"{sources[section]}: {key}" if key else sources[section]
@@ -136,6 +148,10 @@ def _explain(details: ErrorDetails, sources: Mapping[str, str]) -> str:
             return f"{where}: missing key"
         case "value_error":
             return f"{where}: {details['ctx']['error']}"
+        case "union_tag_invalid":
+            return f"{where}.kind: must be one of {details['ctx']['expected_tags']} (got '{details['ctx']['tag']}')"
+        case "union_tag_not_found":
+            return f"{where}.kind: missing key"
         case _:
             _, _, requirement = details["msg"].rpartition(" should ")
             return f"{where}: must {requirement} (got {details['input']!r})"

@@ -90,6 +90,12 @@ class Spiral(Schema):
 Motion = Annotated[Hover | Straight | Turn | Spiral, Field(discriminator="kind")]
 
 
+UNION_TAGS = frozenset(
+    {"hover", "straight", "turn", "spiral", "wind", "thrust_scale", "outliers", "dropout", "command_loss"}
+)
+"""Every ``kind`` of a motion or an event; the validation puts them into the path of a key, where no user wrote them."""
+
+
 class PhaseConfig(Schema):
     """A stretch of the flight with one motion of the leader and one formation; the yaw follows the heading."""
 
