@@ -1,8 +1,9 @@
 """Makes the virtual environment's Python see this workspace, whatever the shell has sourced.
 
-`make setup` puts this file into the environment's site-packages, beside a .pth file that imports it at every start of
-that Python. It does what sourcing `install/setup.bash` does for a shell. The dynamic linker reads LD_LIBRARY_PATH only
-when a process begins, so Python starts itself once more where the inherited environment is not the right one.
+`make setup` puts this file into the environment's site-packages, beside a .pth file that imports it whenever
+that Python starts. It does what sourcing `install/setup.bash` does for a shell. The dynamic linker reads
+LD_LIBRARY_PATH only when a process begins, so Python starts itself once more where the inherited environment
+is not the right one.
 """
 
 import os
@@ -19,7 +20,7 @@ def entries(variable: str) -> list[str]:
 
 
 def foreign_ros() -> list[Path]:
-    """Prefixes of other ROS installations that were sourced; their rclpy does not mix with that of our wheels."""
+    """Prefixes of other ROS installations that were sourced: theirs and our rclpy do not mix."""
     marker = "share/ament_index/resource_index/packages/rclpy"
     return [
         Path(entry)
@@ -28,7 +29,8 @@ def foreign_ros() -> list[Path]:
     ]
 
 
-def with_ours_first(ours: list[Path], variable: str, shunned: list[Path]) -> str:
+def ours_first(ours: list[Path], variable: str, shunned: list[Path]) -> str:
+    """The path list `variable` with `ours` in front and nothing from below the `shunned` prefixes."""
     first = [str(path) for path in ours]
     rest = [
         entry
@@ -40,28 +42,28 @@ def with_ours_first(ours: list[Path], variable: str, shunned: list[Path]) -> str
 
 def activate() -> None:
     prefixes = sorted(index.parents[1] for index in WORKSPACE.glob("install/*/share/ament_index"))
-    messages = sorted(WORKSPACE.glob("install/*_msgs/lib/python*/site-packages"))
     libraries = sorted({library.parent for library in WORKSPACE.glob("install/*/lib/*.so")})
     libraries += [Path(sys.prefix, "lib"), *sorted(SITE_PACKAGES.glob("ros_*.libs"))]
     shunned = foreign_ros()
-    fixed_at_start = {
-        "LD_LIBRARY_PATH": with_ours_first(libraries, "LD_LIBRARY_PATH", shunned),
-        "PYTHONPATH": with_ours_first([], "PYTHONPATH", shunned),
+    read_at_start = {
+        "LD_LIBRARY_PATH": ours_first(libraries, "LD_LIBRARY_PATH", shunned),
+        "PYTHONPATH": ours_first([], "PYTHONPATH", shunned),
     }
-    os.environ["AMENT_PREFIX_PATH"] = with_ours_first([*prefixes, Path(sys.prefix)], "AMENT_PREFIX_PATH", shunned)
+    os.environ["AMENT_PREFIX_PATH"] = ours_first([*prefixes, Path(sys.prefix)], "AMENT_PREFIX_PATH", shunned)
 
     restarted = os.environ.pop(RESTARTED_AS, None) == str(os.getpid())
-    if not restarted and any(os.environ.get(name, "") != value for name, value in fixed_at_start.items()):
-        os.environ.update(fixed_at_start, **{RESTARTED_AS: str(os.getpid())})
+    if not restarted and any(os.environ.get(name, "") != value for name, value in read_at_start.items()):
+        os.environ.update(read_at_start, **{RESTARTED_AS: str(os.getpid())})
         os.execv(sys.executable, sys.orig_argv)
 
     packages = sorted(setup.parent for setup in WORKSPACE.glob("src/*/setup.py"))
+    messages = sorted(WORKSPACE.glob("install/*_msgs/lib/python*/site-packages"))
     sys.path[:0] = [str(path) for path in [*packages, *messages]]
 
-    # The wheels' own start-up hook would restart Python as well, unless this variable says that it has. Children that
-    # run another environment's Python must not inherit it.
+    # The wheels' own start-up hook would restart Python as well, unless this variable says that it has.
+    # It must not stay: children may run the Python of another environment.
     os.environ["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"
-    import ros_wheels_bootstrapper  # noqa: F401  (imported for its effect, here none)
+    import ros_wheels_bootstrapper  # noqa: F401  (for the effect of importing it, here none)
 
     del os.environ["_ROS_WHEELS_BOOTSTRAP_COMPLETE"]
 

@@ -1,0 +1,41 @@
+# `make` alone says what there is. Every target sets up what it needs first.
+
+SCENARIO ?= config/scenarios/paper.yaml
+PYTHON_IN_VENV := .venv/bin/python
+
+.PHONY: help
+help: ## what can be made
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1|\2/p' $(MAKEFILE_LIST) | column -t -s '|'
+
+.PHONY: setup
+setup: ## the Python environment and the built workspace; done once, then only what changed (PYTHON=python3.12)
+	@setup/setup.sh
+
+.PHONY: demo
+demo: setup ## fly the paper's scenario (SEED=7, SCENARIO=config/scenarios/..., ARGS="--no-record")
+	@$(PYTHON_IN_VENV) scripts/fly.py --scenario $(SCENARIO) $(if $(SEED),--seed $(SEED)) $(ARGS)
+
+.PHONY: test
+test: setup ## all tests (ARGS="tests/unit -k yaw" for some)
+	@$(PYTHON_IN_VENV) -m pytest $(ARGS)
+
+.PHONY: lint
+lint: setup ## style, types and import rules
+	@$(PYTHON_IN_VENV) -m ruff check
+	@$(PYTHON_IN_VENV) -m ruff format --check
+	@$(PYTHON_IN_VENV) -m mypy
+	@.venv/bin/lint-imports --no-logo
+
+.PHONY: format
+format: setup ## put the sources into shape
+	@$(PYTHON_IN_VENV) -m ruff check --fix
+	@$(PYTHON_IN_VENV) -m ruff format
+
+.PHONY: lock
+lock: setup ## pin requirements*.in again, to the newest versions
+	@setup/lock.sh
+
+.PHONY: clean
+clean: ## remove all that was built; recorded runs stay
+	rm -rf .venv build install log .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find config scripts setup src tests -name __pycache__ -prune -exec rm -rf {} +

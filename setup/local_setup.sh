@@ -1,0 +1,12 @@
+# Sourced by install/setup.{sh,bash,zsh}, which colcon writes: makes the virtual environment the underlay of the
+# workspace, as /opt/ros/jazzy is elsewhere.
+_relform_prefix="${COLCON_CURRENT_PREFIX:-$VIRTUAL_ENV}"
+case ":$PATH:" in *":$_relform_prefix/bin:"*) ;; *) export PATH="$_relform_prefix/bin:$PATH" ;; esac
+for _relform_variable in AMENT_PREFIX_PATH CMAKE_PREFIX_PATH; do
+    eval "_relform_value=\"\${$_relform_variable:-}\""
+    case ":$_relform_value:" in
+    *":$_relform_prefix:"*) ;;
+    *) export "$_relform_variable=$_relform_prefix${_relform_value:+:$_relform_value}" ;;
+    esac
+done
+unset _relform_prefix _relform_variable _relform_value

@@ -1,0 +1,169 @@
+#!/usr/bin/env bash
+# Makes the workspace ready to use: a virtual environment in .venv with everything that requirements*.txt pin, and the
+# packages under src/ built into install/. Does only what is not done yet, so it may run before everything else, and
+# may be interrupted at any time. `PYTHON=python3.12 make setup` chooses the interpreter.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+readonly ROOT=$(pwd -P)
+readonly LOG=log/setup.log
+
+# Nothing of another ROS, another environment or the calling make may leak into the build.
+unset PYTHONPATH PYTHONHOME VIRTUAL_ENV CONDA_PREFIX LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH COLCON_CURRENT_PREFIX MAKELEVEL MFLAGS
+
+fail() {
+    printf 'setup: %s\n' "$*" >&2
+    exit 1
+}
+
+# stage <what the user reads> <command...>: one line with the time taken, the output goes to the log.
+stage() {
+    local name=$1 start=$SECONDS status=0
+    shift
+    printf 'setup: %s ... ' "$name"
+    printf '\n=== %s\n' "$name" >>"$LOG"
+    set +e # a subshell in a condition would ignore its own -e
+    (
+        set -e
+        "$@"
+    ) >>"$LOG" 2>&1
+    status=$?
+    set -e
+    if ((status != 0)); then
+        printf 'failed\n'
+        tail -n 30 "$LOG" >&2
+        fail "\"$name\" failed; the end of $LOG is above. After mending the cause, run make setup again."
+    fi
+    printf '%d s\n' $((SECONDS - start))
+}
+
+# One line that changes when the workspace moves or any of the given files (or folders) changes.
+fingerprint() {
+    { echo "$ROOT"; find "$@" -type f -print0 | sort -z | xargs -0 sha256sum; } | sha256sum
+}
+
+environment_fingerprint() {
+    readlink -f .venv/bin/python || true
+    fingerprint requirements.txt requirements-dev.txt setup
+}
+
+# Python sources are linked, not copied: only what describes a Python package calls for building it again.
+package_fingerprint() {
+    if [[ -e src/$1/setup.py ]]; then
+        cat .venv/.stamp
+        fingerprint "src/$1"/{package.xml,setup.py,setup.cfg,resource}
+    else
+        cat .venv/.stamp
+        fingerprint "src/$1"
+    fi
+}
+
+supported() {
+    "$1" -Ic 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null
+}
+
+find_python() {
+    local candidate
+    if [[ -n ${PYTHON:-} ]]; then
+        supported "$PYTHON" || fail "PYTHON=$PYTHON is not a Python 3.11, 3.12 or 3.13."
+        echo "$PYTHON"
+        return
+    fi
+    for candidate in python3 python3.13 python3.12 python3.11; do
+        if supported "$candidate"; then
+            echo "$candidate"
+            return
+        fi
+    done
+    fail "no Python 3.11, 3.12 or 3.13 found ($(python3 --version 2>&1 || true)). Install one, or name it: PYTHON=/path/to/python3 make setup"
+}
+
+check_system() {
+    local python=$1 missing=() tool apt_python
+    [[ $(uname -sm) == "Linux x86_64" ]] || fail "the ROS 2 wheels exist for Linux x86_64 only; this is $(uname -sm)."
+    [[ $ROOT != *:* ]] || fail "the folder $ROOT has a colon in its name, which no search path can hold; move it."
+    for tool in gcc g++ cmake make; do
+        command -v "$tool" >/dev/null || missing+=("$tool")
+    done
+    apt_python=$("$python" -Ic 'import sys; print("python%d.%d" % sys.version_info[:2])')
+    [[ $python != python3 ]] || apt_python=python3
+    "$python" -Ic 'import ensurepip, venv' 2>/dev/null || missing+=("$apt_python-venv")
+    "$python" -Ic 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' ||
+        missing+=("$apt_python-dev")
+    ((${#missing[@]} == 0)) || fail "something is missing; install it with: sudo apt install ${missing[*]}"
+}
+
+create_environment() {
+    rm -rf .venv build install
+    "$1" -m venv .venv
+    # uv installs these wheels in a sixth of pip's time; whatever keeps it from working here, pip does it as well.
+    .venv/bin/python -m pip install --disable-pip-version-check -c requirements-dev.txt uv || true
+    .venv/bin/python -m uv pip install --python .venv/bin/python --compile-bytecode \
+        -r requirements.txt -r requirements-dev.txt ||
+        .venv/bin/python -m pip install --disable-pip-version-check -r requirements.txt -r requirements-dev.txt
+    local shell site_packages
+    for shell in sh bash zsh; do
+        cp setup/local_setup.sh ".venv/local_setup.$shell"
+    done
+    site_packages=$(.venv/bin/python -Ic 'import sysconfig; print(sysconfig.get_path("purelib"))')
+    cp setup/relform_workspace.py "$site_packages/"
+    # The underscore sorts it before the wheels' own .pth file.
+    echo 'import relform_workspace' >"$site_packages/_relform_workspace.pth"
+}
+
+# setuptools names the interpreter by its absolute path, which the kernel does not understand when it is long or has a
+# space in it. This head, at once sh and Python, does without, and survives a move of the folder.
+write_interpreter_line() {
+    local rest
+    rest=$(sed '1{/^#!.*python/d}' "$1")
+    cat >"$1" <<'HEAD'
+#!/bin/sh
+'''exec' "$(dirname "$(realpath "$0")")/../../../../.venv/bin/python" "$0" "$@"
+' '''
+HEAD
+    printf '%s\n' "$rest" >>"$1"
+}
+
+build_packages() {
+    local package executable
+    export VIRTUAL_ENV=$ROOT/.venv AMENT_PREFIX_PATH=$ROOT/.venv CMAKE_PREFIX_PATH=$ROOT/.venv
+    export PATH=$ROOT/.venv/bin:$PATH MAKEFLAGS=-j$(nproc)
+    for package in "$@"; do
+        rm -rf "build/$package" "install/$package"
+    done
+    .venv/bin/python -m colcon build --base-paths src --packages-select "$@" --symlink-install \
+        --cmake-args "-DCMAKE_PROJECT_INCLUDE=$ROOT/setup/ros_wheels_fix.cmake"
+    # The scripts that people source: colcon leaves two paths unquoted; and they ask Python which variables lack our
+    # folders, so it must be Python without relform_workspace.py, where none lacks any (-S).
+    sed -i 's|(\$_colcon_python_executable |("$_colcon_python_executable" -S |' install/local_setup.*sh
+    sed -i 's|^\(_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX\)=\([^"]*\)$|\1="\2"|' install/setup.sh
+    for package in "$@"; do
+        for executable in "install/$package/lib/$package"/*; do
+            [[ ! -f $executable ]] || write_interpreter_line "$executable"
+        done
+        package_fingerprint "$package" >"install/$package/.stamp"
+    done
+}
+
+# Two at a time would step on each other; the second waits, and then finds everything done.
+exec 9<setup/setup.sh
+flock 9
+
+mkdir -p log
+if [[ $(environment_fingerprint) != "$(cat .venv/.stamp 2>/dev/null)" ]]; then
+    : >"$LOG"
+    python=$(find_python)
+    check_system "$python"
+    stage "Python environment in .venv, $("$python" --version)" create_environment "$python"
+    environment_fingerprint >.venv/.stamp
+fi
+
+for installed in install/relform_*; do
+    [[ -e src/${installed#install/} ]] || rm -rf "$installed" "build/${installed#install/}"
+done
+stale=()
+for manifest in src/*/package.xml; do
+    package=$(basename "$(dirname "$manifest")")
+    [[ $(package_fingerprint "$package") == "$(cat "install/$package/.stamp" 2>/dev/null)" ]] || stale+=("$package")
+done
+((${#stale[@]} == 0)) || stage "building ${stale[*]}" build_packages "${stale[@]}"
