@@ -1,0 +1,117 @@
+"""The publishers and subscriptions of one node, made from the table of topics."""
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from relform_ros.rejection import RejectionError, Rejections
+from relform_ros.topics import Topic
+
+
+class Endpoints:
+    """What a node writes and reads."""
+
+    def __init__(self, node: Node, topics: Mapping[str, Topic]) -> None:
+        self.rejections = Rejections()
+        """Of the messages that were read."""
+        self._node = node
+        self._name = node.get_fully_qualified_name()
+        self._topics = topics
+        self._publishers: dict[str, Publisher] = {
+            topic.name: node.create_publisher(topic.type, topic.name, topic.qos)
+            for topic in topics.values()
+            if self._name in topic.writers
+        }
+        self._subscriptions: dict[str, Subscription] = {}
+
+    @property
+    def readable(self) -> tuple[Topic, ...]:
+        """The topics of which the table says that this node reads them."""
+        return tuple(topic for topic in self._topics.values() if self._name in topic.readers)
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message on a topic of which the table says that this node writes it."""
+        self._publishers[topic].publish(message)
+
+    def subscribe(self, topic: str, callback: Callable[[Any], None], raw: bool = False) -> None:
+        """Read a topic.
+
+        Args:
+            callback: takes the message, with ``raw`` its bytes; a RejectionError that it raises is counted.
+        """
+
+        def take(message: Any) -> None:
+            try:
+                callback(message)
+            except RejectionError as rejected:
+                self.rejections.count(topic, rejected)
+
+        entry = self._topics[topic]
+        self._subscriptions[topic] = self._node.create_subscription(
+            entry.type, topic, take, entry.qos, raw=raw
+        )
+
+    def unmatched(self, among: Iterable[str] | None = None) -> set[str]:
+        """Topics whose other writers or readers this node has not all discovered yet.
+
+        Args:
+            among: look only at these topics; None: at all that the node writes or reads.
+        """
+        topics = {*self._publishers, *self._subscriptions} if among is None else among
+        return {
+            topic
+            for topic in topics
+            if not (self._publisher_matched(topic) and self._subscription_matched(topic))
+        }
+
+    def partners(self, topic: str) -> set[str]:
+        """The other nodes that write or read a topic."""
+        entry = self._topics[topic]
+        writers = entry.writers if topic in self._subscriptions else ()
+        readers = entry.readers if topic in self._publishers else ()
+        return {*writers, *readers} - {self._name}
+
+    def wait_until_received(self, timeout_s: float) -> None:
+        """Wait until the readers have all that this node has sent, but not longer than the timeout."""
+        deadline = time.monotonic() + timeout_s
+        for publisher in self._publishers.values():
+            publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
+
+    # A count alone may be that of strangers (`ros2 topic echo`), and a name may be known before it is
+    # connected: the named nodes must be there, and whatever is there must be connected.
+
+    def _publisher_matched(self, topic: str) -> bool:
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            return True
+        found = self._node.get_subscriptions_info_by_topic(topic)
+        return set(self._topics[topic].readers) <= {_full_name(info) for info in found} and (
+            publisher.get_subscription_count()
+            >= sum(_compatible(publisher.qos_profile, info.qos_profile) for info in found)
+        )
+
+    def _subscription_matched(self, topic: str) -> bool:
+        subscription = self._subscriptions.get(topic)
+        if subscription is None:
+            return True
+        found = self._node.get_publishers_info_by_topic(topic)
+        return set(self._topics[topic].writers) <= {_full_name(info) for info in found} and (
+            subscription.get_publisher_count()
+            >= sum(_compatible(info.qos_profile, subscription.qos_profile) for info in found)
+        )
+
+
+def _full_name(info: TopicEndpointInfo) -> str:
+    return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+
+
+def _compatible(offered: QoSProfile, requested: QoSProfile) -> bool:
+    compatibility, _ = qos_check_compatible(offered, requested)
+    return bool(compatibility != QoSCompatibility.ERROR)

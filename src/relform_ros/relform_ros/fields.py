@@ -1,0 +1,140 @@
+"""Fields that many messages share: stamps, headers, vectors, quaternions, covariances.
+
+As in ``conversions``, ``*_to_msg`` trusts its argument, ``*_from_msg`` raises ``RejectionError``.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from builtin_interfaces.msg import Duration as DurationMsg
+from builtin_interfaces.msg import Time as TimeMsg
+from geometry_msgs.msg import Point as PointMsg
+from geometry_msgs.msg import Quaternion as QuaternionMsg
+from geometry_msgs.msg import Vector3 as Vector3Msg
+from std_msgs.msg import Header as HeaderMsg
+
+from relform_core.measurements import Array
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_ros.rejection import Reason, RejectionError
+
+QUATERNION_NORM_TOLERANCE = 1e-3
+
+
+def stamp_to_msg(stamp_ns: int) -> TimeMsg:
+    """Nanoseconds of simulation time, >= 0."""
+    seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS_PER_SECOND)
+    return TimeMsg(sec=seconds, nanosec=nanoseconds)
+
+
+def stamp_from_msg(msg: TimeMsg) -> int:
+    """Nanoseconds of simulation time.
+
+    Raises:
+        RejectionError: negative, or the nanoseconds are a second or more.
+    """
+    if msg.sec < 0 or msg.nanosec >= NANOSECONDS_PER_SECOND:
+        raise RejectionError(Reason.INVALID, f"{msg.sec} s + {msg.nanosec} ns is no valid stamp")
+    return int(msg.sec * NANOSECONDS_PER_SECOND + msg.nanosec)
+
+
+def duration_to_msg(duration_ns: int) -> DurationMsg:
+    """Nanoseconds."""
+    seconds, nanoseconds = divmod(duration_ns, NANOSECONDS_PER_SECOND)
+    return DurationMsg(sec=seconds, nanosec=nanoseconds)
+
+
+def header_to_msg(stamp_ns: int, frame_id: str = "") -> HeaderMsg:
+    """Header with a stamp in simulation time; no frame where there is no geometry."""
+    return HeaderMsg(stamp=stamp_to_msg(stamp_ns), frame_id=frame_id)
+
+
+def header_from_msg(msg: HeaderMsg, frame_id: str) -> int:
+    """Stamp of a header whose frame must be ``frame_id`` [ns].
+
+    Raises:
+        RejectionError: another frame, or no valid time.
+    """
+    check_frame(msg.frame_id, frame_id, "frame_id")
+    return stamp_from_msg(msg.stamp)
+
+
+def check_frame(frame_id: str, expected: str, what: str) -> None:
+    """Compare frame ids.
+
+    Raises:
+        RejectionError: they differ.
+    """
+    if frame_id != expected:
+        raise RejectionError(Reason.FOREIGN, f"{what} must be '{expected}' (got '{frame_id}')")
+
+
+def vector_to_msg(vector: Array) -> Vector3Msg:
+    """Vector of shape (3,)."""
+    x, y, z = vector.tolist()
+    return Vector3Msg(x=x, y=y, z=z)
+
+
+def point_to_msg(position: Array) -> PointMsg:
+    """Position of shape (3,)."""
+    x, y, z = position.tolist()
+    return PointMsg(x=x, y=y, z=z)
+
+
+def vector_from_msg(msg: Vector3Msg | PointMsg, what: str) -> Array:
+    """Vector of shape (3,).
+
+    Raises:
+        RejectionError: not finite.
+    """
+    return finite(np.array([msg.x, msg.y, msg.z]), what)
+
+
+def quaternion_to_msg(quaternion: Array) -> QuaternionMsg:
+    """Quaternion (x, y, z, w) of shape (4,)."""
+    x, y, z, w = quaternion.tolist()
+    return QuaternionMsg(x=x, y=y, z=z, w=w)
+
+
+def quaternion_from_msg(msg: QuaternionMsg, what: str) -> Array:
+    """Quaternion (x, y, z, w) of shape (4,), as sent: a norm near 1 is not corrected.
+
+    Raises:
+        RejectionError: not finite, or no unit quaternion.
+    """
+    quaternion = finite(np.array([msg.x, msg.y, msg.z, msg.w]), what)
+    norm = math.hypot(msg.x, msg.y, msg.z, msg.w)
+    if abs(norm - 1.0) > QUATERNION_NORM_TOLERANCE:
+        raise RejectionError(Reason.INVALID, f"{what} must be a unit quaternion (got norm {norm:g})")
+    return quaternion
+
+
+def covariance_from_msg(values: npt.ArrayLike, size: int, what: str) -> Array:
+    """Covariance of shape (size, size).
+
+    Raises:
+        RejectionError: not finite, or a negative variance.
+    """
+    covariance = finite(np.array(values, dtype=np.float64), what).reshape(size, size)
+    if covariance.diagonal().min() < 0.0:
+        raise RejectionError(Reason.INVALID, f"{what} must not have negative variances")
+    return covariance
+
+
+def finite(values: Array, what: str) -> Array:
+    """The values themselves.
+
+    Raises:
+        RejectionError: one is NaN or infinite.
+    """
+    if not np.isfinite(values).all():
+        raise RejectionError(Reason.INVALID, f"{what} must be finite (got {values.tolist()})")
+    return values
+
+
+def flat(values: Array) -> Array:
+    """The values row by row, as messages hold arrays.
+
+    Messages do not check what they are given; serialisation reads the memory of a contiguous float64 array.
+    """
+    return np.ascontiguousarray(values, dtype=np.float64).reshape(-1)

@@ -1,0 +1,126 @@
+"""A member of the lock-step barrier: waits for the others, follows the clock, says when it has finished."""
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from relform_core.scenario_config import ScenarioConfig
+from relform_msgs.msg import StepDone
+from relform_ros.conversions import done_from_msg, done_to_msg
+from relform_ros.diagnostics import diagnostics_to_msg, is_due
+from relform_ros.endpoints import Endpoints
+from relform_ros.fields import stamp_from_msg
+from relform_ros.lockstep import READY, Announcements, Done, step_at
+from relform_ros.rejection import Reason, RejectionError
+from relform_ros.run_node import Spinner
+from relform_ros.topics import CLOCK, DIAGNOSTICS, STEP_DONE, members, topic_table
+
+DISCOVERY_POLL_S = 0.01
+"""Nothing wakes a node when its picture of the graph changes, so during discovery it looks this often."""
+DISCOVERY_PATIENCE_S = 5.0
+"""After this time a node says for whom it is waiting, and goes on waiting; it is the clock that gives up."""
+FAREWELL_S = 1.0
+"""How long a node that ends waits until all that it has sent was received."""
+
+
+class LockstepMember:
+    """The barrier seen from one of its members.
+
+    Args:
+        observers: the members beside vehicles and controller.
+        awaited: members whose announcements this one needs, see ``announcements``.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        spinner: Spinner,
+        config: ScenarioConfig,
+        observers: Iterable[str],
+        awaited: Iterable[str] = (),
+    ) -> None:
+        observers = tuple(observers)
+        self.endpoints = Endpoints(node, topic_table(config.team, observers))
+        self.announcements = Announcements(members(config.team, observers), awaited)
+        """What the awaited members have sent; the owner closes the steps it is through with."""
+        self.report: Callable[[], Mapping[str, object]] = dict
+        """What the node adds to its diagnostics, once per second of simulation time."""
+        self._name = node.get_fully_qualified_name()
+        self._spinner = spinner
+        self._period_ns = config.period_ns
+        self._n_steps = config.n_steps
+        self._sent: list[str] = []
+        self._newest_tick = -1
+        self.endpoints.subscribe(CLOCK, self._on_clock)
+        self.endpoints.subscribe(STEP_DONE, self._on_step_done)
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message that belongs to the current step."""
+        self.endpoints.publish(topic, message)
+        self._sent.append(topic)
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        """Let messages come in until a condition holds.
+
+        Raises:
+            StopRequestedError: by a signal.
+        """
+        self._spinner.until(condition)
+
+    def steps(self) -> Iterator[int]:
+        """Wait for all members, then yield the number of each step when the clock has reached it.
+
+        Raises:
+            StopRequestedError: by a signal.
+        """
+        self._discover()
+        self._send_done(READY, stamp_ns=0, fault="")
+        for step in range(self._n_steps + 1):
+            while self._newest_tick < step:
+                self._spinner.once()
+            yield step
+        self.endpoints.wait_until_received(FAREWELL_S)
+
+    def done(self, step: int, fault: str = "") -> None:
+        """Tell all members that this one has finished a step; to be called in each step.
+
+        Args:
+            fault: why the run cannot go on; empty: it can.
+        """
+        stamp_ns = step * self._period_ns
+        if is_due(step, self._period_ns):
+            report = diagnostics_to_msg(stamp_ns, self._name, self.endpoints.rejections, self.report())
+            self.publish(DIAGNOSTICS, report)
+        self._send_done(step, stamp_ns, fault)
+
+    def _discover(self) -> None:
+        began = time.monotonic()
+        patient = True
+        unmatched = self.endpoints.unmatched()
+        while unmatched:
+            self._spinner.once(DISCOVERY_POLL_S)
+            unmatched = self.endpoints.unmatched(among=unmatched)
+            if patient and unmatched and time.monotonic() - began > DISCOVERY_PATIENCE_S:
+                missing = sorted({node for topic in unmatched for node in self.endpoints.partners(topic)})
+                print(f"{self._name}: still waiting for some of {', '.join(missing)}", file=sys.stderr)
+                patient = False
+
+    def _on_clock(self, msg: Clock) -> None:
+        step = step_at(stamp_from_msg(msg.clock), self._period_ns)
+        if step <= self._newest_tick:
+            raise RejectionError(Reason.STALE, f"tick of step {step} after that of step {self._newest_tick}")
+        if step > self._newest_tick + 1:
+            raise RejectionError(Reason.EARLY, f"tick of step {step} after that of step {self._newest_tick}")
+        self._newest_tick = step
+
+    def _on_step_done(self, msg: StepDone) -> None:
+        self.announcements.add(done_from_msg(msg))
+
+    def _send_done(self, step: int, stamp_ns: int, fault: str) -> None:
+        done = Done(self._name, step, tuple(self._sent), fault)
+        self.endpoints.publish(STEP_DONE, done_to_msg(done, stamp_ns))
+        self._sent = []

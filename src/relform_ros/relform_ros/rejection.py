@@ -1,0 +1,51 @@
+"""Why a message that came over the wire was not used, and how often."""
+
+from collections import Counter
+from enum import StrEnum
+
+from relform_core.errors import MessageError
+
+
+class Reason(StrEnum):
+    """Why a message was rejected."""
+
+    INVALID = "invalid"
+    """Its content cannot be used: not finite, wrong size, out of its bounds."""
+    FOREIGN = "foreign"
+    """It belongs to nobody here: unknown vehicle, frame or sender."""
+    STALE = "stale"
+    """It belongs to a step that is over."""
+    EARLY = "early"
+    """It belongs to a step that nobody can have reached yet."""
+    DUPLICATE = "duplicate"
+    """This step has this message already."""
+
+
+class RejectionError(MessageError):
+    """A message that was not used, and the reason."""
+
+    def __init__(self, reason: Reason, explanation: str) -> None:
+        super().__init__(explanation)
+        self.reason = reason
+
+
+class Rejections:
+    """Counts the rejected messages of one node by reason, and keeps the last explanation."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[Reason] = Counter()
+        self.last = ""
+        """Topic and explanation of the last rejected message; empty: none."""
+
+    def __getitem__(self, reason: Reason) -> int:
+        return self._counts[reason]
+
+    @property
+    def total(self) -> int:
+        """Number of rejected messages."""
+        return self._counts.total()
+
+    def count(self, topic: str, rejected: RejectionError) -> None:
+        """Count a message of this topic."""
+        self._counts[rejected.reason] += 1
+        self.last = f"{topic}: {rejected}"

@@ -1,0 +1,105 @@
+"""How every node of relform starts, waits and ends."""
+
+import signal
+import sys
+from collections.abc import Callable, Mapping
+from types import FrameType
+from typing import Protocol
+
+import rclpy
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
+
+from relform_core.errors import FlightError, RelformError
+
+EXIT_ERROR = 1
+EXIT_INTERRUPTED = 130
+"""As of a shell whose command ended by Ctrl-C. A node that exits with 0 has seen the end of the flight."""
+
+SIGNAL_LATENCY_S = 0.2
+"""How long a signal may go unnoticed while nothing else happens."""
+
+
+class StopRequestedError(Exception):
+    """SIGINT or SIGTERM arrived."""
+
+
+class Runnable(Protocol):
+    """A node's logic, which waits with the spinner it was built with."""
+
+    def run(self) -> None:
+        """Run to the end of the flight."""
+
+
+class Spinner:
+    """Lets the callbacks of one node run while its logic waits.
+
+    ``EventsExecutor`` is the fastest executor, but its ``spin()`` ignores signals in the wheels of Jazzy;
+    ``spin_once`` in a loop is as fast.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._executor = EventsExecutor()
+        self._executor.add_node(node)
+        self._interrupted = False
+
+    def interrupt(self, signum: int = 0, frame: FrameType | None = None) -> None:
+        """Let the waiting end with ``StopRequestedError``; a signal handler."""
+        self._interrupted = True
+
+    def once(self, timeout_s: float = SIGNAL_LATENCY_S) -> None:
+        """Run the next callback, or none if nothing arrives in time.
+
+        Raises:
+            StopRequestedError: by a signal.
+        """
+        if self._interrupted:
+            raise StopRequestedError
+        self._executor.spin_once(timeout_sec=timeout_s)
+
+    def until(self, condition: Callable[[], bool]) -> None:
+        """Run callbacks until a condition holds that they bring about.
+
+        Raises:
+            StopRequestedError: by a signal.
+        """
+        while not condition():
+            self.once()
+
+
+def run_node(
+    create: Callable[[], Node],
+    build: Callable[[Node, Spinner], Runnable],
+    exit_codes: Mapping[type[FlightError], int] | None = None,
+) -> int:
+    """Main function of a node's executable: returns its exit code.
+
+    Args:
+        create: makes the node, after ROS was initialised with the command line.
+        build: makes the logic; may take long, a signal breaks it off anywhere.
+        exit_codes: of errors that have their own; of any other error it is EXIT_ERROR.
+    """
+    # Until the logic runs, a signal may end everything at once; then it waits for the logic to wait.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    name = sys.argv[0].rpartition("/")[2]
+    try:
+        node = create()
+        name = node.get_fully_qualified_name()
+        spinner = Spinner(node)
+        logic = build(node, spinner)
+        for signum in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(signum, spinner.interrupt)
+        logic.run()
+        return 0
+    except RelformError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return next(
+            (code for kind, code in (exit_codes or {}).items() if isinstance(error, kind)), EXIT_ERROR
+        )
+    except (KeyboardInterrupt, StopRequestedError):
+        return EXIT_INTERRUPTED
+    finally:
+        try_shutdown()

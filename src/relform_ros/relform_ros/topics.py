@@ -1,0 +1,124 @@
+"""The topics of a flight: one table of names, types, writers and readers that every node uses."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, Range
+
+from relform_core.scenario_config import SensorName, TeamConfig
+from relform_msgs.msg import (
+    FormationEvent,
+    FormationReference,
+    FormationState,
+    RangeBearingArray,
+    RotorSpeeds,
+    SolverStatus,
+    StepDone,
+)
+from relform_ros.qos import LATCHED, LOCKSTEP
+
+CLOCK = "/clock"
+STEP_DONE = "/sim/step_done"
+EVENTS = "/formation/events"
+STATE = "/formation/state"
+SOLVER = "/formation/solver"
+REFERENCE = "/formation/reference"
+DIAGNOSTICS = "/diagnostics"
+
+CLOCK_NODE = "/sim/clock"
+CONTROLLER_NODE = "/formation/controller"
+RECORDER_NODE = "/recorder"
+MONITOR_NODE = "/monitor"
+
+WORLD_FRAME = "map"
+
+SENSOR_TYPES: Mapping[str, type[Any]] = {
+    "imu": Imu,
+    "optic_flow": TwistWithCovarianceStamped,
+    "sonar": Range,
+    "range_bearing": RangeBearingArray,
+    "localization": Odometry,
+}
+"""Message type of each sensor's topic, by the name of the sensor."""
+assert set(SENSOR_TYPES) == set(get_args(SensorName))
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic: who writes and who reads it, by fully qualified node name."""
+
+    name: str
+    type: type[Any]
+    writers: tuple[str, ...]
+    readers: tuple[str, ...]
+    qos: QoSProfile = field(default_factory=lambda: LOCKSTEP)
+
+
+def vehicle_node(vehicle: str) -> str:
+    """Fully qualified name of the node that is a vehicle."""
+    return f"/{vehicle}/quadrotor"
+
+
+def vehicle_topic(vehicle: str, name: str) -> str:
+    """Fully qualified name of a topic of a vehicle."""
+    return f"/{vehicle}/{name}"
+
+
+def body_frame(vehicle: str) -> str:
+    """Frame id of the body frame {b} of a vehicle."""
+    return f"{vehicle}/base_link"
+
+
+def sensors_of(vehicle: str, team: TeamConfig) -> tuple[str, ...]:
+    """Names of the sensors that a vehicle carries; only the leader has a localization."""
+    return tuple(name for name in SENSOR_TYPES if name != "localization" or vehicle == team.leader)
+
+
+def members(team: TeamConfig, observers: Sequence[str]) -> tuple[str, ...]:
+    """Fully qualified names of all members of the barrier."""
+    return (*map(vehicle_node, team.vehicles), CONTROLLER_NODE, *observers)
+
+
+def topic_table(team: TeamConfig, observers: Sequence[str]) -> dict[str, Topic]:
+    """All topics of a flight by name.
+
+    Args:
+        observers: fully qualified names of the members beside vehicles and controller. They read every topic,
+            except that the monitor does without the sensors.
+    """
+    vehicle_nodes = {vehicle: vehicle_node(vehicle) for vehicle in team.vehicles}
+    all_members = members(team, observers)
+    observers = tuple(observers)
+    sensor_observers = tuple(node for node in observers if node != MONITOR_NODE)
+    controller = (CONTROLLER_NODE,)
+    topics = [
+        Topic(CLOCK, Clock, (CLOCK_NODE,), all_members),
+        Topic(STEP_DONE, StepDone, all_members, (CLOCK_NODE, *all_members), LATCHED),
+        Topic(EVENTS, FormationEvent, (*vehicle_nodes.values(), CONTROLLER_NODE), observers, LATCHED),
+        Topic(STATE, FormationState, controller, observers),
+        Topic(SOLVER, SolverStatus, controller, observers),
+        Topic(REFERENCE, FormationReference, controller, observers),
+        Topic(DIAGNOSTICS, DiagnosticArray, (CLOCK_NODE, *all_members), sensor_observers),
+    ]
+    for vehicle, node in vehicle_nodes.items():
+        others = tuple(other for other in vehicle_nodes.values() if other != node)
+        topics += [
+            *(
+                Topic(
+                    vehicle_topic(vehicle, sensor),
+                    SENSOR_TYPES[sensor],
+                    (node,),
+                    (CONTROLLER_NODE, *sensor_observers),
+                )
+                for sensor in sensors_of(vehicle, team)
+            ),
+            Topic(vehicle_topic(vehicle, "ground_truth"), Odometry, (node,), (*others, *observers)),
+            Topic(vehicle_topic(vehicle, "rotor_speeds"), RotorSpeeds, controller, (node, *observers)),
+        ]
+    return {topic.name: topic for topic in topics}

@@ -1,0 +1,80 @@
+"""The clock of a flight: owns /clock and the lock-step barrier.
+
+Exit codes: 0 the flight is over, 2 a member was silent for too long, 3 a member reported a fault, 1 any other
+error, 130 interrupted.
+"""
+
+import time
+
+import rclpy
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from relform_msgs.msg import StepDone
+from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
+from relform_ros.conversions import done_from_msg
+from relform_ros.diagnostics import diagnostics_to_msg, is_due
+from relform_ros.endpoints import Endpoints
+from relform_ros.fields import stamp_to_msg
+from relform_ros.member import DISCOVERY_POLL_S
+from relform_ros.parameters import read_observers, read_scenario
+from relform_ros.run_node import Spinner, run_node
+from relform_ros.topics import CLOCK, DIAGNOSTICS, STEP_DONE, members, topic_table
+
+EXIT_CODES = {SilentNodeError: 2, VehicleFaultError: 3}
+
+
+class ClockServer:
+    """Ticks when all members have finished the step before."""
+
+    def __init__(self, node: Node, spinner: Spinner) -> None:
+        config = read_scenario(node).config
+        observers = read_observers(node)
+        self._name = node.get_fully_qualified_name()
+        self._spinner = spinner
+        self._config = config
+        self._endpoints = Endpoints(node, topic_table(config.team, observers))
+        self._endpoints.subscribe(STEP_DONE, self._on_step_done)
+        self._barrier = Barrier(
+            members(config.team, observers),
+            period=config.controller.period,
+            start_timeout=_read_start_timeout(node),
+            step_timeout=config.lockstep.step_timeout,
+            now=time.monotonic,
+        )
+
+    def run(self) -> None:
+        """Tick until the flight is over.
+
+        Raises:
+            SilentNodeError: a member did not finish a step in time.
+            VehicleFaultError: a member reported a fault.
+            StopRequestedError: by a signal.
+        """
+        unmatched = self._endpoints.unmatched()
+        while unmatched or not self._barrier.complete():
+            self._spinner.once(DISCOVERY_POLL_S)
+            unmatched = self._endpoints.unmatched(among=unmatched)
+        while (step := self._barrier.advance()) <= self._config.n_steps:
+            stamp_ns = step * self._config.period_ns
+            self._endpoints.publish(CLOCK, Clock(clock=stamp_to_msg(stamp_ns)))
+            if is_due(step, self._config.period_ns):
+                rejections = self._endpoints.rejections
+                self._endpoints.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, {}))
+            self._spinner.until(self._barrier.complete)
+
+    def _on_step_done(self, msg: StepDone) -> None:
+        self._barrier.add(done_from_msg(msg))
+
+
+def _read_start_timeout(node: Node) -> float:
+    description = "Wall time that all members may take until they are ready [s]."
+    bounds = FloatingPointRange(from_value=0.1, to_value=3600.0)
+    descriptor = ParameterDescriptor(description=description, read_only=True, floating_point_range=[bounds])
+    return float(node.declare_parameter("start_timeout_s", 60.0, descriptor).value)
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node(lambda: rclpy.create_node("clock", namespace="/sim"), ClockServer, EXIT_CODES)

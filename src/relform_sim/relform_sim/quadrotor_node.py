@@ -1,0 +1,127 @@
+"""A simulated quadrotor: ``Vehicle`` on the wire. The vehicle's name is the namespace of the node."""
+
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from nav_msgs.msg import Odometry as OdometryMsg
+from rclpy.node import Node
+
+from relform_core.errors import ConfigError
+from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
+from relform_core.scenario_config import TeamConfig
+from relform_msgs.msg import FormationEvent
+from relform_msgs.msg import RotorSpeeds as RotorSpeedsMsg
+from relform_ros import conversions
+from relform_ros.fields import header_to_msg
+from relform_ros.lockstep import StepInbox
+from relform_ros.member import LockstepMember
+from relform_ros.parameters import read_observers, read_scenario
+from relform_ros.run_node import Spinner, run_node
+from relform_ros.topics import CONTROLLER_NODE, EVENTS, vehicle_topic
+from relform_sim.vehicle import Vehicle
+
+TO_MSG: dict[str, Callable[[Any, str], Any]] = {
+    "imu": conversions.imu_to_msg,
+    "optic_flow": conversions.optic_flow_to_msg,
+    "sonar": conversions.sonar_to_msg,
+    "range_bearing": conversions.range_bearings_to_msg,
+    "localization": conversions.odometry_to_msg,
+}
+"""By sensor; also the order in which they are sent."""
+
+
+class Quadrotor:
+    """Moves its vehicle from tick to tick, and tells the others where it is and what it measures."""
+
+    def __init__(self, node: Node, spinner: Spinner) -> None:
+        scenario = read_scenario(node)
+        config = scenario.config
+        self._name = _vehicle_name(node, config.team)
+        self._period_ns = config.period_ns
+        self._vehicle = Vehicle(config, scenario.seed, self._name)
+        self._truth_topics = {name: vehicle_topic(name, "ground_truth") for name in config.team.vehicles}
+        self._command_topic = vehicle_topic(self._name, "rotor_speeds")
+        self._others = [name for name in config.team.vehicles if name != self._name]
+        self._truths = StepInbox[Odometry](
+            (self._truth_topics[name] for name in self._others), self._period_ns
+        )
+        self._commands = StepInbox[RotorCommand]([self._command_topic], self._period_ns)
+        self._member = LockstepMember(node, spinner, config, read_observers(node), awaited=[CONTROLLER_NODE])
+        self._member.report = lambda: vars(self._vehicle.counts)
+        self._member.endpoints.subscribe(self._command_topic, self._on_command)
+        for name in self._others:
+            self._member.endpoints.subscribe(self._truth_topics[name], self._truth_callback(name))
+
+    def run(self) -> None:
+        """Fly the scenario.
+
+        Raises:
+            StopRequestedError: by a signal.
+        """
+        for step in self._member.steps():
+            truth = self._vehicle.advance(step, self._command(step - 1))
+            self._publish("ground_truth", conversions.odometry_to_msg(truth, self._name))
+            ground_truth = self._others_truth(step) | {self._name: truth}
+            self._publish_measurements(self._vehicle.measure(step, ground_truth))
+            fault = self._vehicle.fault(step, ground_truth) or ""
+            if fault:
+                self._publish_fault(step, fault)
+            self._member.done(step, fault)
+
+    def _command(self, step: int) -> RotorCommand | None:
+        """The command of a step, when it is known whether there is one."""
+        if step < 0:
+            return None
+        self._member.wait(lambda: self._commands.has(step, self._member.announcements.sent(step)))
+        command = self._commands.at(step).get(self._command_topic)
+        self._member.announcements.close(step)
+        self._commands.close(step)
+        return command
+
+    def _others_truth(self, step: int) -> dict[str, Odometry]:
+        self._member.wait(lambda: len(self._truths.at(step)) == len(self._others))
+        truths = {name: self._truths.at(step)[self._truth_topics[name]] for name in self._others}
+        self._truths.close(step)
+        return truths
+
+    def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
+        for sensor, to_msg in TO_MSG.items():
+            if (measurement := getattr(measurements, sensor)) is not None:
+                self._publish(sensor, to_msg(measurement, self._name))
+
+    def _publish_fault(self, step: int, fault: str) -> None:
+        header = header_to_msg(step * self._period_ns)
+        event = FormationEvent(
+            header=header, step=step, kind=FormationEvent.FAULT, source=self._name, description=fault
+        )
+        self._member.publish(EVENTS, event)
+
+    def _publish(self, name: str, message: Any) -> None:
+        self._member.publish(vehicle_topic(self._name, name), message)
+
+    def _on_command(self, msg: RotorSpeedsMsg) -> None:
+        command = conversions.rotor_command_from_msg(msg, self._name)
+        self._commands.add(self._command_topic, command.stamp_ns, command)
+
+    def _truth_callback(self, name: str) -> Callable[[OdometryMsg], None]:
+        def on_truth(msg: OdometryMsg) -> None:
+            truth = conversions.odometry_from_msg(msg, name)
+            self._truths.add(self._truth_topics[name], truth.stamp_ns, truth)
+
+        return on_truth
+
+
+def _vehicle_name(node: Node, team: TeamConfig) -> str:
+    namespace = node.get_namespace()
+    if (name := namespace.strip("/")) not in team.vehicles:
+        known = ", ".join(team.vehicles)
+        raise ConfigError(
+            f"namespace '{namespace}' is none of the vehicles {known}: add --ros-args -r __ns:=/<vehicle>"
+        )
+    return str(name)
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node(lambda: rclpy.create_node("quadrotor"), Quadrotor)
