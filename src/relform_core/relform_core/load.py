@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any, cast
 
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails, to_json
+from pydantic_core import PydanticSerializationError, to_json
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from relform_core.errors import ConfigError
-from relform_core.scenario_config import UNION_TAGS, ScenarioConfig
+from relform_core.explain import Origins, explain
+from relform_core.scenario_config import ScenarioConfig
 
 SECTIONS_IN_FILES = ("vehicle", "sensors", "controller")
 
@@ -42,23 +43,25 @@ def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = 
         ConfigError: one line per problem, each naming file, key, value and bound.
     """
     tree = _read_yaml(path)
-    sources = {"": str(path)}
+    origins = Origins(str(path))
     # Whole sections first: another file of a section is read before one of its keys is changed.
     for override in sorted(overrides, key=lambda text: text.partition("=")[0].strip() not in SECTIONS_IN_FILES):
-        _apply_override(tree, override, path.parent, sources)
+        _apply_override(tree, override, path.parent, origins)
     for section in SECTIONS_IN_FILES:
-        _resolve_section(tree, section, path.parent, sources)
+        _resolve_section(tree, section, path.parent, origins)
     if seed is not None:
         tree["seed"] = seed
     tree.setdefault("seed", 0)
     effective_yaml = _to_yaml(tree)
-    seed = _checked_seed(tree.pop("seed"), path)
+    checked_seed = _checked_seed(tree.pop("seed"), origins)
     try:
         # JSON mode, because strict validation of Python objects would refuse a list where a tuple is declared.
         config = ScenarioConfig.model_validate_json(to_json(tree, inf_nan_mode="constants"))
+    except PydanticSerializationError:
+        raise ConfigError(f"{path}: holds a value that is neither text, number, list nor mapping") from None
     except ValidationError as error:
-        raise ConfigError("\n".join(_explain(details, sources) for details in error.errors())) from None
-    return LoadedScenario(config, seed, effective_yaml)
+        raise ConfigError("\n".join(explain(details, tree, origins) for details in error.errors())) from None
+    return LoadedScenario(config, checked_seed, effective_yaml)
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
@@ -66,8 +69,10 @@ def _read_yaml(path: Path) -> dict[str, Any]:
         tree = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read: {error}") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: cannot be read: not a text file in UTF-8") from None
     except MarkedYAMLError as error:
         line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
         raise ConfigError(f"{path}{line}: not valid YAML: {error.problem}") from None
@@ -78,12 +83,12 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     return cast(dict[str, Any], tree)
 
 
-def _resolve_section(tree: dict[str, Any], section: str, folder: Path, sources: dict[str, str]) -> None:
+def _resolve_section(tree: dict[str, Any], section: str, folder: Path, origins: Origins) -> None:
     """Replace the path of a section's file by what it holds."""
     if isinstance(reference := tree.get(section), str):
         path = Path(os.path.normpath(folder / reference))
         tree[section] = _read_yaml(path)
-        sources[section] = str(path)
+        origins.files[section] = str(path)
 
 
 def _to_yaml(tree: Mapping[str, Any]) -> str:
@@ -96,7 +101,7 @@ def _to_yaml(tree: Mapping[str, Any]) -> str:
     return stream.getvalue()
 
 
-def _apply_override(tree: dict[str, Any], override: str, folder: Path, sources: dict[str, str]) -> None:
+def _apply_override(tree: dict[str, Any], override: str, folder: Path, origins: Origins) -> None:
     key, separator, text = override.partition("=")
     if not separator or not key.strip():
         raise ConfigError(f"--set {override}: must have the form some.key=value")
@@ -106,9 +111,11 @@ def _apply_override(tree: dict[str, Any], override: str, folder: Path, sources: 
         raise ConfigError(f"--set {override}: the value is not valid YAML") from None
     *parents, last = key.strip().split(".")
     if parents:
-        _resolve_section(tree, parents[0], folder, sources)
-    elif last in SECTIONS_IN_FILES and isinstance(value, str):
+        _resolve_section(tree, parents[0], folder, origins)
+    if not parents and last in SECTIONS_IN_FILES and isinstance(value, str):
         value = os.path.abspath(value)  # on a command line, paths are relative to where it is typed
+    else:
+        origins.overrides.add((*parents, last))
     node: Any = tree
     for name in parents:
         node = _child(node, name, override)
@@ -129,29 +136,7 @@ def _child(node: Any, name: str, override: str) -> Any:
     raise ConfigError(f"--set {override}: unknown key '{name}'")
 
 
-def _checked_seed(seed: Any, path: Path) -> int:
+def _checked_seed(seed: Any, origins: Origins) -> int:
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ConfigError(f"{path}: seed: must be an integer of at least 0 (got {seed!r})")
+        raise ConfigError(f"{origins.locate(('seed',))}: must be a whole number of at least 0 (got {seed!r})")
     return seed
-
-
-def _explain(details: ErrorDetails, sources: Mapping[str, str]) -> str:
-    """One line for one problem: file, key, what is wrong, value."""
-    location = [str(part) for part in details["loc"] if part not in UNION_TAGS]
-    section = location[0] if location and location[0] in sources else ""
-    key = ".".join(location[1:] if section else location)
-    where = f"{sources[section]}: {key}" if key else sources[section]
-    match details["type"]:
-        case "extra_forbidden":
-            return f"{where}: unknown key"
-        case "missing":
-            return f"{where}: missing key"
-        case "value_error":
-            return f"{where}: {details['ctx']['error']}"
-        case "union_tag_invalid":
-            return f"{where}.kind: must be one of {details['ctx']['expected_tags']} (got '{details['ctx']['tag']}')"
-        case "union_tag_not_found":
-            return f"{where}.kind: missing key"
-        case _:
-            _, _, requirement = details["msg"].rpartition(" should ")
-            return f"{where}: must {requirement} (got {details['input']!r})"

@@ -81,19 +81,13 @@ class Spiral(Schema):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         if abs(self.radius) < 0.1:
-            raise ValueError("radius_m must be at least 0.1 in magnitude")
+            raise ValueError(f"radius_m must be at least 0.1 in magnitude (got {self.radius})")
         if abs(self.climb) >= self.speed:
-            raise ValueError("climb_m_s must be less than speed_m_s in magnitude")
+            raise ValueError(f"climb_m_s {self.climb} must be less than speed_m_s {self.speed} in magnitude")
         return self
 
 
 Motion = Annotated[Hover | Straight | Turn | Spiral, Field(discriminator="kind")]
-
-
-UNION_TAGS = frozenset(
-    {"hover", "straight", "turn", "spiral", "wind", "thrust_scale", "outliers", "dropout", "command_loss"}
-)
-"""Every ``kind`` of a motion or an event; the validation puts them into the path of a key, where no user wrote them."""
 
 
 class PhaseConfig(Schema):
@@ -110,7 +104,7 @@ class PhaseConfig(Schema):
     @model_validator(mode="after")
     def _window(self) -> Self:
         if self.steady_from >= self.duration:
-            raise ValueError("steady_from_s must be less than duration_s")
+            raise ValueError(f"steady_from_s {self.steady_from} must be less than duration_s {self.duration}")
         return self
 
 
@@ -135,7 +129,7 @@ class _Event(Schema):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.start >= self.end:
-            raise ValueError("start_s must be less than end_s")
+            raise ValueError(f"start_s {self.start} must be less than end_s {self.end}")
         return self
 
 

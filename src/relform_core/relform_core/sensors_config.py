@@ -39,7 +39,7 @@ class SonarConfig(Schema):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.range_min >= self.range_max:
-            raise ValueError("range_min_m must be less than range_max_m")
+            raise ValueError(f"range_min_m {self.range_min} must be less than range_max_m {self.range_max}")
         return self
 
 
@@ -55,9 +55,12 @@ class Sector(Schema):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.elevation_min >= self.elevation_max:
-            raise ValueError("elevation_min_deg must be less than elevation_max_deg")
+            lowest, highest = math.degrees(self.elevation_min), math.degrees(self.elevation_max)
+            raise ValueError(f"elevation_min_deg {lowest:g} must be less than elevation_max_deg {highest:g}")
         if math.isclose(self.azimuth_min, self.azimuth_max):
-            raise ValueError("azimuth_min_deg and azimuth_max_deg must differ")
+            raise ValueError(
+                f"azimuth_min_deg and azimuth_max_deg must differ, both are {math.degrees(self.azimuth_min):g}"
+            )
         return self
 
 
@@ -74,7 +77,7 @@ class RangeBearingConfig(Schema):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.range_min >= self.range_max:
-            raise ValueError("range_min_m must be less than range_max_m")
+            raise ValueError(f"range_min_m {self.range_min} must be less than range_max_m {self.range_max}")
         return self
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from relform_core.schema import Label, NonNegative, NonNegativeVector3, Positive, PositiveVector3, Schema
-from relform_core.units import DEGREES, GRAVITY, PERCENT, RPM
+from relform_core.units import DEGREES, GRAVITY, PERCENT, RPM, rad_s_to_rpm
 
 
 class VehicleConfig(Schema):
@@ -48,8 +48,9 @@ class VehicleConfig(Schema):
     @model_validator(mode="after")
     def _can_hover(self) -> Self:
         if not self.rotor_speed_min < self.hover_speed < self.rotor_speed_max:
+            hover, lowest, highest = map(rad_s_to_rpm, (self.hover_speed, self.rotor_speed_min, self.rotor_speed_max))
             raise ValueError(
-                "cannot hover: the rotor speed that carries the weight lies outside "
-                "rotor_speed_min_rpm ... rotor_speed_max_rpm"
+                f"cannot hover: the rotors carry the weight at {hover:.0f} rpm, which is not within "
+                f"rotor_speed_min_rpm {lowest:.0f} ... rotor_speed_max_rpm {highest:.0f}"
             )
         return self
