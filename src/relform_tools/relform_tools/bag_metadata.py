@@ -1,0 +1,127 @@
+"""metadata.yaml of a bag, and what MCAP records repeat of it, as rosbag2 of ROS 2 Jazzy writes it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+from textwrap import indent
+
+from ruamel.yaml import YAML
+
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+METADATA_FILE = "metadata.yaml"
+FORMAT_VERSION = 9
+ROS_DISTRO = "jazzy"
+NO_TIME_NS = 2**63 - 1
+"""Starting time of a bag without messages."""
+
+
+@dataclass(frozen=True)
+class QosDuration:
+    """A duration of a QoS policy; the default is infinite."""
+
+    sec: int = NO_TIME_NS // NANOSECONDS_PER_SECOND
+    nsec: int = NO_TIME_NS % NANOSECONDS_PER_SECOND
+
+
+@dataclass(frozen=True)
+class OfferedQos:
+    """What a publisher offers; policies in the words of rosbag2 (``reliable``, ``transient_local``, ...)."""
+
+    history: str = "unknown"
+    depth: int = 0
+    reliability: str = "reliable"
+    durability: str = "volatile"
+    deadline: QosDuration = field(default_factory=QosDuration)
+    lifespan: QosDuration = field(default_factory=QosDuration)
+    liveliness: str = "automatic"
+    liveliness_lease_duration: QosDuration = field(default_factory=QosDuration)
+    avoid_ros_namespace_conventions: bool = False
+
+
+@dataclass(frozen=True)
+class RecordedTopic:
+    """A topic of a bag."""
+
+    name: str
+    type_name: str
+    type_hash: str
+    offered_qos: Sequence[Mapping[str, object]]
+    """What each of its publishers offered, see ``OfferedQos``."""
+
+
+@dataclass(frozen=True)
+class BagStatistics:
+    """What a bag holds; times are log times [ns]."""
+
+    start_ns: int
+    end_ns: int
+    message_counts: Mapping[str, int]
+    """By topic name."""
+
+    @property
+    def message_count(self) -> int:
+        """Number of messages on all topics."""
+        return sum(self.message_counts.values())
+
+
+def bag_information(
+    file_name: str, topics: Sequence[RecordedTopic], statistics: BagStatistics
+) -> dict[str, object]:
+    """Content of ``rosbag2_bagfile_information`` for a bag of one MCAP file."""
+    empty = statistics.message_count == 0
+    start = {"nanoseconds_since_epoch": NO_TIME_NS if empty else statistics.start_ns}
+    duration = {"nanoseconds": 0 if empty else statistics.end_ns - statistics.start_ns}
+    return {
+        "version": FORMAT_VERSION,
+        "storage_identifier": "mcap",
+        "duration": duration,
+        "starting_time": start,
+        "message_count": statistics.message_count,
+        "topics_with_message_count": [
+            {
+                "topic_metadata": {
+                    "name": topic.name,
+                    "type": topic.type_name,
+                    "serialization_format": "cdr",
+                    "offered_qos_profiles": list(topic.offered_qos),
+                    "type_description_hash": topic.type_hash,
+                },
+                "message_count": statistics.message_counts[topic.name],
+            }
+            for topic in topics
+        ],
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [file_name],
+        "files": [
+            {
+                "path": file_name,
+                "starting_time": dict(start),  # copies: YAML writes what is the same object as an anchor
+                "duration": dict(duration),
+                "message_count": statistics.message_count,
+            }
+        ],
+        "custom_data": None,
+        "ros_distro": ROS_DISTRO,
+    }
+
+
+def write_metadata_yaml(folder: Path, information_yaml: str) -> None:
+    """Write metadata.yaml at once: it is never there in part."""
+    draft = folder / f".{METADATA_FILE}"
+    text = "rosbag2_bagfile_information:\n" + indent(information_yaml, "  ")
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(folder / METADATA_FILE)
+
+
+def to_yaml(tree: object) -> str:
+    """YAML text in block style."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = False
+    yaml.width = 1000
+    yaml.representer.sort_base_mapping_type_on_output = False
+    stream = StringIO()
+    yaml.dump(tree, stream)
+    return stream.getvalue()

@@ -1,0 +1,55 @@
+"""What a bag says of a message type, from the definitions that are installed with the type."""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+
+from relform_core.errors import BagError
+
+SEPARATOR = "=" * 80
+
+
+@dataclass(frozen=True)
+class MessageType:
+    """A message type as MCAP readers want it."""
+
+    name: str
+    """For example ``std_msgs/msg/Header``."""
+    definition: str
+    """The .msg text, then that of every type that it needs, directly or not (encoding ``ros2msg``)."""
+    type_hash: str
+    """RIHS01 hash of REP-2011."""
+
+
+@cache
+def message_type(name: str) -> MessageType:
+    """Definition of an installed message type.
+
+    Raises:
+        BagError: the type is not installed, or has no .msg file.
+    """
+    description = json.loads(_read_definition(name, "json"))
+    needed = description["type_description_msg"]["referenced_type_descriptions"]
+    definition = _read_definition(name, "msg")
+    for dependency in (entry["type_name"] for entry in needed):
+        package, _, short_name = dependency.split("/")
+        text = _read_definition(dependency, "msg")
+        definition += f"\n{SEPARATOR}\nMSG: {package}/{short_name}\n{text}"
+    hashes = {entry["type_name"]: entry["hash_string"] for entry in description["type_hashes"]}
+    return MessageType(name, definition, hashes[name])
+
+
+def _read_definition(name: str, extension: str) -> str:
+    package, _, short_name = name.split("/")
+    try:
+        path = Path(get_package_share_directory(package), "msg", f"{short_name}.{extension}")
+        return path.read_text(encoding="utf-8")
+    except PackageNotFoundError:
+        raise BagError(
+            f"message type '{name}': package '{package}' is not installed, or its setup file not sourced"
+        ) from None
+    except OSError:
+        raise BagError(f"message type '{name}': no such file: {path}") from None

@@ -1,0 +1,63 @@
+"""A recorded flight as a ``FlightLog``, from the bag alone."""
+
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from rclpy.serialization import deserialize_message  # noqa: TID251  (a bag holds serialized messages)
+
+from relform_core.errors import BagError, ConfigError
+from relform_core.load import LoadedScenario, load_scenario
+from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag_file, read_bag
+from relform_tools.bag_writer import CONFIG_ATTACHMENT
+from relform_tools.flight_log import FlightLog, FlightLogBuilder
+
+
+def read_flight_log(path: Path) -> FlightLog:
+    """Read a flight; of a bag that was cut off, what there is.
+
+    Args:
+        path: the bag's file or folder, or the folder of the run.
+    Raises:
+        BagError: one line: there is no bag, it is not of relform, or it holds no flight.
+    """
+    file = find_bag_file(path)
+    builder: FlightLogBuilder | None = None
+    try:
+        for entry in read_bag(file):
+            match entry:
+                case BagAttachment(name, text) if name == CONFIG_ATTACHMENT:
+                    builder = FlightLogBuilder(_load(text, file))
+                case BagMessage(topic, type_name, data) if builder is not None:
+                    if FlightLogBuilder.needs(topic):
+                        builder.add(topic, deserialize_message(data, _message_class(type_name)))
+        if builder is None:
+            raise BagError(f"not a bag of relform: it has no attachment {CONFIG_ATTACHMENT}")
+        if missing := builder.missing():
+            raise BagError(f"no flight in it: {missing}")
+        return builder.build()
+    except BagError as error:
+        prefix = f"{file}: "
+        raise BagError(prefix + str(error).removeprefix(prefix)) from None
+
+
+def _load(text: str, file: Path) -> LoadedScenario:
+    with TemporaryDirectory() as folder:
+        path = Path(folder, CONFIG_ATTACHMENT)
+        path.write_text(text, encoding="utf-8")
+        try:
+            return load_scenario(path)
+        except ConfigError as error:
+            reason = str(error).splitlines()[0].replace(str(path), f"its attachment {CONFIG_ATTACHMENT}")
+            raise BagError(reason) from None
+
+
+@cache
+def _message_class(type_name: str) -> Any:
+    package, _, name = type_name.split("/")
+    try:
+        return getattr(import_module(f"{package}.msg"), name)
+    except (ImportError, AttributeError):
+        raise BagError(f"message type '{type_name}' is not installed") from None

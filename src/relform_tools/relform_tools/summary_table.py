@@ -1,0 +1,95 @@
+"""summary.json for people: the errors per phase, and the whole flight beside what the paper says."""
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from relform_tools.summary import Json
+
+STATISTICS = ("mean", "p95", "max")
+NONE = "-"
+
+
+def print_table(summary: Json, console: Console | None = None) -> None:
+    """Print a summary; without colours and boxes where the output is no terminal."""
+    console = console or Console()
+    console.print(_phase_table(summary))
+    console.print(_flight_table(summary))
+
+
+def _phase_table(summary: Json) -> Table:
+    phases = summary["phases"]
+    planned = summary["steps_planned"]
+    table = _table(
+        title=f"{summary['scenario']}, seed {summary['seed']}: {summary['outcome']}, "
+        f"{summary['steps']} of {planned} control steps",
+        caption=", ".join(f"{phase['name']} {phase['title']}" for phase in phases),
+    )
+    table.add_column("")
+    table.add_column("")
+    for heading in (*(phase["name"] for phase in phases), "all", "steady"):
+        table.add_column(heading, justify="right")
+    for index, pair in enumerate(summary["pairs"]):
+        label = (f"{pair['observer']} ->", pair["target"], "(m)")
+        _add_rows(table, label, [phase["pairs"][index] for phase in phases], pair, "", "m")
+    _add_rows(table, ("leader", "position", "(m)"), phases, summary, "leader_", "m")
+    _add_rows(table, ("leader", "yaw", "(deg)"), phases, summary, "leader_yaw_", "deg")
+    return table
+
+
+def _add_rows(
+    table: Table, label: tuple[str, str, str], phases: Sequence[Json], flight: Json, prefix: str, unit: str
+) -> None:
+    """Mean, 95th percentile and maximum: in each phase, in the whole flight, in its steady windows."""
+    digits = 3 if unit == "m" else 1
+    for heading, statistic in zip(label, STATISTICS, strict=True):
+        values = [phase[f"{prefix}{statistic}_{unit}"] for phase in phases]
+        values += [flight[f"{prefix}{statistic}_{unit}"], flight[f"{prefix}steady_{statistic}_{unit}"]]
+        cells = [_number(value, digits) for value in values]
+        table.add_row(heading, statistic, *cells, end_section=statistic == STATISTICS[-1])
+
+
+def _flight_table(summary: Json) -> Table:
+    table = _table("Beside the paper", caption="* contradicts the mean that the paper gives")
+    table.add_column("")
+    table.add_column("this flight", justify="right")
+    table.add_column("the paper says", justify="right")
+    rows = (
+        ("formation error, steady, mean", _number(summary["steady_mean_m"], 3, " m"), "< 0.068 m"),
+        ("formation error, steady, 95 %", _number(summary["steady_p95_m"], 3, " m"), ""),
+        ("formation error, steady, maximum", _number(summary["steady_max_m"], 3, " m"), "about 0.015 m *"),
+        ("formation error, maximum of all", _number(summary["peak_m"], 3, " m"), ""),
+        ("leader position error, steady, mean", _number(summary["leader_steady_mean_m"], 3, " m"), "slight"),
+        ("leader yaw error, steady, mean", _number(summary["leader_yaw_steady_mean_deg"], 1, " deg"), ""),
+        ("smallest separation", _number(summary["separation_min_m"], 2, " m"), ""),
+        ("rotor speed, maximum", _number(summary["rotor_max_rpm"], 0, " rpm"), "<= 6000 rpm"),
+        ("rotor speed, standard deviation", _number(summary["rotor_std_rpm"], 0, " rpm"), "around 600 rpm"),
+        ("steps with a rotor at its limit", _percent(summary["saturated_fraction"]), ""),
+        ("SQP steps per control step, median", _number(summary["sqp_steps_median"], 0), "2"),
+        ("solver time per control step, median", _number(summary["step_ms_median"], 1, " ms"), "< 50 ms"),
+        ("real-time factor", _number(summary["realtime_factor"], 1), ""),
+    )
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _table(title: str, caption: str | None = None) -> Table:
+    return Table(
+        title=title,
+        caption=caption,
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        caption_justify="left",
+        pad_edge=False,
+    )
+
+
+def _number(value: float | None, digits: int, unit: str = "") -> str:
+    return NONE if value is None else f"{value:.{digits}f}{unit}"
+
+
+def _percent(fraction: float | None) -> str:
+    return NONE if fraction is None else f"{100.0 * fraction:.1f} %"
