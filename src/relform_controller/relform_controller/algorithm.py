@@ -5,9 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
+from relform_controller.box_qp import QpFailure
 from relform_controller.kernels import Kernels
 from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
-from relform_controller.rti import QpFailure, RealTimeIteration, SqpStep
+from relform_controller.rti import RealTimeIteration, SqpStep
 from relform_core.controller_config import SolverConfig
 
 

@@ -7,17 +7,13 @@ expands. The Gauss-Newton derivatives stay those of the preparation.
 
 from dataclasses import dataclass
 
-import daqp
 import numpy as np
 
+from relform_controller.box_qp import BoxQp
 from relform_controller.condensing import StateMaps, condense
 from relform_controller.cost import CostLinearization, NetAcceleration, TeamCost
 from relform_controller.kernels import Kernels
 from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
-
-
-class QpFailure(Exception):
-    """The quadratic program of an SQP step has no usable solution; the text says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +35,7 @@ class _PreparedQp:
     guess: Plan
     maps: StateMaps
     cost: CostLinearization
-    lower: Array
-    upper: Array
-    qp: daqp.Model
-    hessian: Array
-    """Kept alive, because the QP solver works on its memory."""
+    qp: BoxQp
 
 
 class RealTimeIteration:
@@ -71,16 +63,9 @@ class RealTimeIteration:
         cost = self._cost.linearize(guess, geometry, maps, NetAcceleration(*(part.copy() for part in acceleration)))
         weighted = np.sqrt(2.0 * self._cost.weights)[:, None] * cost.jacobian
         hessian = weighted.T @ weighted
-        if not np.isfinite(hessian).all():
-            raise QpFailure("the linearisation is not finite")
         thrusts = guess.thrusts.reshape(-1)
-        lower, upper = self._ocp.thrust_min - thrusts, self._ocp.thrust_max - thrusts
-        qp = daqp.Model()
-        only_bounds = np.zeros((0, thrusts.size))
-        exit_flag, _ = qp.setup(hessian, np.zeros(thrusts.size), only_bounds, upper, lower)
-        if exit_flag < 0:
-            raise QpFailure(f"the QP cannot be set up (daqp exit flag {exit_flag})")
-        self._prepared = _PreparedQp(guess, maps, cost, lower, upper, qp, hessian)
+        qp = BoxQp(hessian, self._ocp.thrust_min - thrusts, self._ocp.thrust_max - thrusts)
+        self._prepared = _PreparedQp(guess, maps, cost, qp)
 
     def feedback(
         self, initial_states: Array, geometry: TeamGeometry, reference: HorizonReference, applied_thrusts: Array
@@ -93,30 +78,26 @@ class RealTimeIteration:
             reference: what to track.
             applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
         Raises:
-            QpFailure: nothing was prepared, or the QP was not solved.
+            QpFailure: the QP was not solved.
+            RuntimeError: nothing was prepared.
         """
         prepared = self._prepared
         if prepared is None:
-            raise QpFailure("no problem is prepared")
+            raise RuntimeError("feedback() needs a prepare() that succeeded before it")
         guess, cost, weights = prepared.guess, prepared.cost, self._cost.weights
         deviation = prepared.maps.free_response(initial_states - guess.states[:, 0])
         residual = self._cost.residual(cost, deviation, geometry, reference, applied_thrusts)
         gradient = 2.0 * (cost.jacobian.T @ (weights * residual))
-        if not np.isfinite(gradient).all():
-            raise QpFailure("the residuals are not finite")
-        prepared.qp.update(None, gradient, None, prepared.upper, prepared.lower)
-        step, _, exit_flag, info = prepared.qp.solve()
-        if exit_flag <= 0 or not np.isfinite(step).all():
-            raise QpFailure(f"the QP was not solved (daqp exit flag {exit_flag})")
+        solution = prepared.qp.solve(gradient)
+        step = solution.x
         own_steps = step.reshape(self._ocp.n_vehicles, -1)
         deviation = deviation + np.einsum("vkij,vj->vki", prepared.maps.by_inputs, own_steps)
         thrusts = guess.thrusts + step.reshape(guess.thrusts.shape)
         residual = residual + cost.jacobian @ step
-        multipliers = info["lam"]
         return SqpStep(
             plan=Plan(guess.states + deviation, np.clip(thrusts, self._ocp.thrust_min, self._ocp.thrust_max)),
-            kkt=float(abs(gradient @ step) + np.abs(multipliers * step).sum()),
+            kkt=float(abs(gradient @ step) + np.abs(solution.multipliers * step).sum()),
             objective=float(weights @ residual**2),
-            qp_iterations=int(info["iterations"]),
-            active_bounds=int(np.count_nonzero(multipliers)),
+            qp_iterations=solution.iterations,
+            active_bounds=int(np.count_nonzero(solution.multipliers)),
         )
