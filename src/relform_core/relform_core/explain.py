@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 KeyPath = tuple[str, ...]
@@ -42,8 +43,18 @@ class Origins:
         return f"{file}: {'.'.join(key)}" if key else file
 
 
-def explain(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins) -> str:
-    """One line for one problem that the validation found in ``tree``."""
+def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins) -> str:
+    """One line for each problem that the validation found in ``tree``."""
+    problems = [details for details in error.errors() if not _is_consequence(details)]
+    return "\n".join(_line(details, tree, origins) for details in problems)
+
+
+def _is_consequence(details: ErrorDetails) -> bool:
+    """Whether a list was called too short only because its items are bad, which is told of each item already."""
+    return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
+
+
+def _line(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins) -> str:
     key = _written_path(details["loc"], tree)
     if details["type"] in ("union_tag_invalid", "union_tag_not_found"):
         key = (*key, "kind")

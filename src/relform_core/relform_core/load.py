@@ -60,7 +60,7 @@ def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = 
     except PydanticSerializationError:
         raise ConfigError(f"{path}: holds a value that is neither text, number, list nor mapping") from None
     except ValidationError as error:
-        raise ConfigError("\n".join(explain(details, tree, origins) for details in error.errors())) from None
+        raise ConfigError(explain(error, tree, origins)) from None
     return LoadedScenario(config, checked_seed, effective_yaml)
 
 

@@ -1,0 +1,247 @@
+"""Values that contradict each other, bad overrides, and files that hold no configuration: one line each."""
+
+from pathlib import Path
+
+import pytest
+from support.scenarios import CONFIG_FOLDER, PAPER
+
+from relform_core.errors import ConfigError
+from relform_core.load import load_scenario
+
+VEHICLE = CONFIG_FOLDER / "vehicles/hummingbird.yaml"
+SENSORS = CONFIG_FOLDER / "sensors/paper.yaml"
+EVENT = "start_s: 1, end_s: 2, target: leader"
+
+
+def problem_of(override: str) -> str:
+    """The one line of the error that an override of the paper's scenario gives."""
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(PAPER, [override])
+    (line,) = str(caught.value).splitlines()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("override", "problem"),
+    [
+        (
+            "vehicle.rotor_speed_max_rpm=3000",
+            f"{VEHICLE}: cannot hover: the rotors carry the weight at 4328 rpm, "
+            "which is not within rotor_speed_min_rpm 1200 ... rotor_speed_max_rpm 3000",
+        ),
+        (
+            "sensors.sonar.range_min_m=11",
+            f"{SENSORS}: sonar: range_min_m 11.0 must be less than range_max_m 10.0",
+        ),
+        (
+            "sensors.range_bearing.range_max_m=0.1",
+            f"{SENSORS}: range_bearing: range_min_m 0.1 must be less than range_max_m 0.1",
+        ),
+        (
+            "sensors.range_bearing.sectors.0.elevation_min_deg=75",
+            f"{SENSORS}: range_bearing.sectors.0: "
+            "elevation_min_deg 75 must be less than elevation_max_deg 60",
+        ),
+        (
+            "sensors.range_bearing.sectors.0.azimuth_min_deg=180",
+            f"{SENSORS}: range_bearing.sectors.0: "
+            "azimuth_min_deg and azimuth_max_deg must differ, both are 180",
+        ),
+    ],
+)
+def test_sections_that_contradict_themselves(override: str, problem: str) -> None:
+    assert problem_of(override) == problem
+
+
+@pytest.mark.parametrize(
+    ("override", "problem"),
+    [
+        ("team.followers=[follower_1, follower_1]", "team: vehicle 'follower_1' is named twice"),
+        ("team.followers=[leader, follower_1]", "team: vehicle 'leader' is named twice"),
+        (
+            "formations_m.wide.follower_2=[-1.0, -0.7, -0.5]",
+            "formation 'wide' is impossible: 'follower_1' and 'follower_2' are 0.050 m apart, "
+            "at least 0.500 m are needed",
+        ),
+        (
+            "formations_m.wide.follower_1=[0.1, 0.2, 0.3]",
+            "formation 'wide' is impossible: 'leader' and 'follower_1' are 0.374 m apart, "
+            "at least 0.500 m are needed",
+        ),
+        (
+            "formations_m.wide.follower_3=[-3, 0, 0]",
+            "formation 'wide' names 'follower_3', which is no follower; followers are follower_1, follower_2",
+        ),
+        (
+            "formations_m.wide={follower_1: [-1, 0, 0]}",
+            "formation 'wide' has no position for 'follower_2'",
+        ),
+        ("phases.0.formation=odd", "phase 'A' flies the unknown formation 'odd', known are initial, wide"),
+        (
+            "start.position_m=[0, 0, 0.45]",
+            "start.position_m puts a vehicle at -0.050 m above ground; flights start airborne",
+        ),
+        ("phases.1.name=A", "phase 'A' is named twice"),
+        ("phases.1.steady_from_s=5", "phases.1: steady_from_s 5.0 must be less than duration_s 5.0"),
+        ("phases.1.duration_s=5.02", "phase 'B' lasts 5.02 s, not a multiple of controller.period_s 0.05"),
+        (
+            "phases.4.motion.climb_m_s=-1.9",
+            "phases.4.motion: climb_m_s -1.9 must be less than speed_m_s 1.9 in magnitude",
+        ),
+        (
+            "phases.4.motion.radius_m=-0.05",
+            "phases.4.motion: radius_m must be at least 0.1 in magnitude (got -0.05)",
+        ),
+        ("plant.step_s=0.003", "plant.step_s 0.003 does not divide controller.period_s 0.05"),
+        (
+            "events=[{kind: wind, start_s: 3, end_s: 2, target: leader, force_n: [0, 0, 1]}]",
+            "events.0: start_s 3.0 must be less than end_s 2.0",
+        ),
+        (
+            "events=[{kind: wind, start_s: 1, end_s: 2, target: follower_7, force_n: [0, 0, 1]}]",
+            "event 'wind' targets the unknown vehicle 'follower_7', known are leader, follower_1, follower_2",
+        ),
+        (
+            "events=[{kind: dropout, start_s: 1, end_s: 2, target: follower_1, sensor: localization, "
+            "probability: 0.5}]",
+            "event 'dropout': 'follower_1' has no localization, only the leader has",
+        ),
+    ],
+)
+def test_scenarios_that_contradict_themselves(override: str, problem: str) -> None:
+    line = problem_of(override)
+    assert line in (f"{PAPER}: {problem}", f"--set {problem}")
+
+
+@pytest.mark.parametrize(
+    ("override", "problem"),
+    [
+        ("controller.period_s=-1", "controller.period_s: must be greater than 0 (got -1)"),
+        ("controller.period_s=", "controller.period_s: must be a number (got nothing)"),
+        ("controller.perod_s=0.1", "controller.perod_s: unknown key"),
+        ("controller.horizon_steps=15.5", "controller.horizon_steps: must be a whole number (got 15.5)"),
+        ("vehicle=12", "vehicle: must be a mapping of keys to values (got 12)"),
+        ("lockstep.on_vehicle_lost=continue", "lockstep.on_vehicle_lost: must be 'abort' (got 'continue')"),
+        ("name=Bad Name", "name: must match pattern '^[a-z][a-z0-9_]*$' (got 'Bad Name')"),
+        ("title=" + "x" * 500, f"title: must have at most 64 characters (got '{'x' * 56}...)"),
+        ("phases=[]", "phases: must have at least 1 item(s) (got [])"),
+        (
+            "phases.4.motion.kind=loop",
+            "phases.4.motion.kind: must be one of 'hover', 'straight', 'turn', 'spiral' (got 'loop')",
+        ),
+        (
+            "phases.4.motion.kind=[1]",
+            "phases.4.motion.kind: must be one of 'hover', 'straight', 'turn', 'spiral' (got '[1]')",
+        ),
+        ("phases.0.motion={ramp_s: 1}", "phases.0.motion.kind: missing key"),
+        (
+            "events=[{kind: hail}]",
+            "events.0.kind: must be one of "
+            "'wind', 'thrust_scale', 'outliers', 'dropout', 'command_loss' (got 'hail')",
+        ),
+        (
+            f"events=[{{kind: thrust_scale, {EVENT}, scale: 2.5}}]",
+            "events.0.scale: must be less than or equal to 2 (got 2.5)",
+        ),
+        (
+            f"events=[{{kind: outliers, {EVENT}, probability: 0.1, range_std_m: 0, bearing_std_deg: 30}}]",
+            "events.0.range_std_m: must be greater than 0 (got 0)",
+        ),
+        (
+            f"events=[{{kind: dropout, {EVENT}, sensor: gps, probability: 0.5}}]",
+            "events.0.sensor: must be "
+            "'imu', 'optic_flow', 'sonar', 'range_bearing' or 'localization' (got 'gps')",
+        ),
+        (
+            f"events=[{{kind: command_loss, {EVENT}, probability: -0.5}}]",
+            "events.0.probability: must be greater than or equal to 0 (got -0.5)",
+        ),
+        ("seed=-1", "seed: must be a whole number of at least 0 (got -1)"),
+        ("seed=true", "seed: must be a whole number of at least 0 (got True)"),
+    ],
+)
+def test_a_bad_value_from_the_command_line_is_told_as_such(override: str, problem: str) -> None:
+    assert problem_of(override) == f"--set {problem}"
+
+
+@pytest.mark.parametrize(
+    ("override", "problem"),
+    [
+        ("controller.period_s", "must have the form some.key=value"),
+        (" =3", "must have the form some.key=value"),
+        ("controller.period_s=[1", "the value is not valid YAML"),
+        ("controler.period_s=0.1", "unknown key 'controler'"),
+        (
+            "controller.weights.terminal_scale.x=1",
+            "'controller.weights.terminal_scale' holds a value, not keys",
+        ),
+        ("phases.5.name=F", "unknown key '5'"),
+        ("phases.-1.name=F", "unknown key '-1'"),
+        ("start.position_m.3=1", "unknown key '3'"),
+    ],
+)
+def test_an_override_that_hits_nothing(override: str, problem: str) -> None:
+    assert problem_of(override) == f"--set {override}: {problem}"
+
+
+def test_a_formation_may_be_called_like_a_motion() -> None:
+    """The validation puts the kind of a motion into the path of a key; no name may vanish for it."""
+    formation = "{initial: {follower_1: [-1, 0, 0], follower_2: [-2, 0, 0]}, hover: {wind: [0, x, 0]}}"
+    line = problem_of(f"formations_m={formation}")
+    assert line == "--set formations_m.hover.wind.1: must be a number (got 'x')"
+
+
+NO_YAML = "not valid YAML: "
+NO_MAPPING = "must hold a mapping of keys to values at its top level"
+NO_PLAIN_VALUE = "holds a value that is neither text, number, list nor mapping"
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"", f": {NO_MAPPING}"),
+        (b"- 1\n- 2\n", f": {NO_MAPPING}"),
+        (b"12: a\n", f": {NO_MAPPING}"),
+        (b"name: a\nname: b\n", f":2: {NO_YAML}found duplicate key"),
+        (b"name: [a, b\ntitle: c\n", f":2: {NO_YAML}expected ',' or ']'"),
+        (b"name:\n\t- a\n", f":2: {NO_YAML}found character '\\t' that cannot start any token"),
+        (b"name: a\n---\nname: b\n", f":2: {NO_YAML}but found another document"),
+        (b"name: !!python/object:os.system ls\n", f":1: {NO_YAML}could not determine a constructor"),
+        (b"name: *anchor\n", f":1: {NO_YAML}found undefined alias"),
+        (b"name: \x00\n", f": {NO_YAML}unacceptable character"),
+        (b"\x89PNG\r\n\x1a\n\x00\xff", ": cannot be read: not a text file in UTF-8"),
+    ],
+)
+@pytest.mark.parametrize("section", [None, "sensors"])
+def test_a_file_that_holds_no_configuration(
+    section: str | None, content: bytes, problem: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_bytes(content)
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(path) if section is None else load_scenario(PAPER, [f"{section}={path}"])
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(f"{path}{problem}")
+
+
+@pytest.mark.parametrize("value", ["&a [*a]", "!!binary /w=="])
+def test_a_value_that_yaml_knows_and_we_do_not(value: str) -> None:
+    assert problem_of(f"title={value}") == f"{PAPER}: {NO_PLAIN_VALUE}"
+
+
+def test_a_place_where_no_file_is(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=rf"^{tmp_path}: cannot be read: Is a directory$"):
+        load_scenario(tmp_path)
+    with pytest.raises(ConfigError, match=rf"^{tmp_path}/none.yaml: no such file$"):
+        load_scenario(tmp_path / "none.yaml")
+    with pytest.raises(ConfigError, match=rf"^{tmp_path}/none.yaml: no such file$"):
+        load_scenario(PAPER, [f"controller={tmp_path}/none.yaml"])
+
+
+def test_a_bad_seed_in_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.yaml"
+    path.write_text(load_scenario(PAPER).effective_yaml.replace("seed: 0", "seed: 2.5"))
+    with pytest.raises(
+        ConfigError, match=rf"^{path}: seed: must be a whole number of at least 0 \(got 2\.5\)$"
+    ):
+        load_scenario(path)

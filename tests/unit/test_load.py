@@ -1,0 +1,112 @@
+"""Loading good scenarios: units, overrides, sections in files, and the effective configuration."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from support.scenarios import CONFIG_FOLDER, PAPER, team_of
+
+from relform_core.errors import ConfigError
+from relform_core.load import load_scenario
+from relform_core.scenario_config import Hover, Spiral, Turn
+
+SCENARIOS = sorted((CONFIG_FOLDER / "scenarios").glob("*.yaml"))
+
+
+def test_values_are_converted_once_to_si_and_radians() -> None:
+    config = load_scenario(PAPER).config
+    assert config.vehicle.rotor_speed_max == pytest.approx(200.0 * math.pi)  # 6000 rpm
+    assert config.vehicle.tilt_max == pytest.approx(1.4835298641951802)  # 85 deg
+    assert config.vehicle.inertia_std == pytest.approx(0.05)
+    assert config.sensors.imu.gyro_std == pytest.approx(0.05235987755982989)  # 3 deg/s
+    assert config.sensors.range_bearing.sectors[0].elevation_min == pytest.approx(-math.pi / 3.0)
+    assert config.controller.relative_yaw_std_max == pytest.approx(math.pi / 9.0)
+    turn = config.phases[2].motion
+    assert isinstance(turn, Turn)
+    assert turn.angle == pytest.approx(math.pi / 2.0)
+
+
+def test_what_follows_from_the_values() -> None:
+    config = load_scenario(PAPER).config
+    assert config.duration == pytest.approx(27.0)
+    assert config.n_steps == 540
+    assert config.period_ns == 50_000_000
+    assert config.team.vehicles == ("leader", "follower_1", "follower_2")
+    # 0.716 kg * 9.81 m/s^2 on four rotors of 8.54858e-6 N s^2 each
+    assert config.vehicle.hover_thrust == pytest.approx(1.75599)
+    assert config.vehicle.hover_speed == pytest.approx(453.22, abs=0.01)
+
+
+def test_motions_are_told_apart_by_their_kind() -> None:
+    kinds = [type(phase.motion) for phase in load_scenario(PAPER).config.phases]
+    assert kinds[0] is Hover
+    assert kinds[4] is Spiral
+
+
+@pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.stem)
+def test_effective_configuration_reloads_to_an_identical_one(path: Path, tmp_path: Path) -> None:
+    loaded = load_scenario(path, ["controller.horizon_steps=9", "vehicle.mass_kg=0.7251"], seed=11)
+    copy = tmp_path / "effective.yaml"
+    copy.write_text(loaded.effective_yaml)
+    again = load_scenario(copy)
+    assert again.config == loaded.config
+    assert again.seed == loaded.seed == 11
+    assert again.effective_yaml == loaded.effective_yaml
+
+
+def test_overrides_change_single_values_and_items() -> None:
+    config = load_scenario(
+        PAPER,
+        [
+            "controller.weights.formation_per_m2=7.5",
+            "start.position_m.2=3.25",
+            "phases.1.motion.speed_m_s=1.5",
+            "title=another",
+            "events=[{kind: wind, start_s: 1, end_s: 2.5, target: follower_2, force_n: [0.1, 0.2, -0.3]}]",
+            *team_of(4),
+        ],
+    ).config
+    assert config.controller.weights.formation == 7.5
+    assert config.start.position == (0.0, 0.0, 3.25)
+    assert config.phases[1].motion.speed == 1.5  # type: ignore[union-attr]  # it is Straight
+    assert config.title == "another"
+    assert [config.events[0].active(time) for time in (0.99, 1.0, 2.49, 2.5)] == [False, True, True, False]
+    assert len(config.team.vehicles) == 4
+
+
+def test_an_override_swaps_a_section_whatever_the_order(tmp_path: Path) -> None:
+    """The other file is read first, so that an override of one of its keys holds."""
+    other = tmp_path / "other.yaml"
+    text = (CONFIG_FOLDER / "controller/paper.yaml").read_text()
+    other.write_text(re.sub("horizon_steps: .*", "horizon_steps: 7", text))
+    overrides = ["controller.weights.terminal_scale=3.5", f"controller={other}"]
+    config = load_scenario(PAPER, overrides).config
+    assert config.controller.horizon_steps == 7
+    assert config.controller.weights.terminal_scale == 3.5
+    assert config.controller.weights.torque == 100.0
+
+
+def test_a_section_on_the_command_line_is_relative_to_where_it_is_typed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (CONFIG_FOLDER / "vehicles/hummingbird.yaml").read_text()
+    (tmp_path / "heavy.yaml").write_text(text.replace("mass_kg: 0.716", "mass_kg: 0.9"))
+    monkeypatch.chdir(tmp_path)
+    assert load_scenario(PAPER, ["vehicle=heavy.yaml"]).config.vehicle.mass == 0.9
+
+
+def test_the_seed_comes_from_the_caller_then_the_file_then_is_zero(tmp_path: Path) -> None:
+    assert load_scenario(PAPER).seed == 0
+    assert load_scenario(PAPER, ["seed=5"]).seed == 5
+    assert load_scenario(PAPER, ["seed=5"], seed=6).seed == 6
+
+
+def test_all_problems_are_told_at_once() -> None:
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(PAPER, ["controller.period_s=-0.05", "vehicle.mass_kg=heavy", "plant.step=1"])
+    assert str(caught.value).splitlines() == [
+        "--set vehicle.mass_kg: must be a number (got 'heavy')",
+        "--set controller.period_s: must be greater than 0 (got -0.05)",
+        "--set plant.step: unknown key",
+    ]
