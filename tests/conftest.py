@@ -2,5 +2,11 @@
 
 import os
 
+from hypothesis import settings
+
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+# The same examples in every run, however busy the machine is.
+settings.register_profile("relform", deadline=None, derandomize=True)
+settings.load_profile("relform")

@@ -10,7 +10,7 @@ from relform_core.vehicle_config import VehicleConfig
 
 DESCENT_SPEED = 0.3
 """Vertical speed that the failsafe settles at, downwards [m/s]."""
-DESCENT_GAIN = 1.5
+DESCENT_GAIN = 3.0
 """Vertical acceleration per error of the vertical speed [1/s]."""
 ATTITUDE_BANDWIDTH = 6.0
 """Natural frequency of the levelled attitude, critically damped [rad/s]."""
