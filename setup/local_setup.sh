@@ -1,3 +1,4 @@
+# shellcheck shell=sh disable=SC2154
 # Sourced by install/setup.{sh,bash,zsh}, which colcon writes: makes the virtual environment the underlay of the
 # workspace, as /opt/ros/jazzy is elsewhere.
 _relform_prefix="${COLCON_CURRENT_PREFIX:-$VIRTUAL_ENV}"

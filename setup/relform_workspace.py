@@ -58,7 +58,9 @@ def activate() -> None:
 
     packages = sorted(setup.parent for setup in WORKSPACE.glob("src/*/setup.py"))
     messages = sorted(WORKSPACE.glob("install/*_msgs/lib/python*/site-packages"))
+    metadata = sorted(path.parent for path in WORKSPACE.glob("build/*/*.egg-info"))
     sys.path[:0] = [str(path) for path in [*packages, *messages]]
+    sys.path.extend(str(path) for path in metadata)
 
     # The wheels' own start-up hook would restart Python as well, unless this variable says that it has.
     # It must not stay: children may run the Python of another environment.

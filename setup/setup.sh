@@ -4,12 +4,18 @@
 # may be interrupted at any time. `PYTHON=python3.12 make setup` chooses the interpreter.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-readonly ROOT=$(pwd -P)
-readonly LOG=log/setup.log
+ROOT=$(pwd -P)
+LOG=log/setup.log
+readonly ROOT LOG
 
 # Nothing of another ROS, another environment or the calling make may leak into the build.
 unset PYTHONPATH PYTHONHOME VIRTUAL_ENV CONDA_PREFIX LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
 unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH COLCON_CURRENT_PREFIX MAKELEVEL MFLAGS
+# Nor the environment that is to be made, where install/setup.bash was sourced.
+PATH=:$PATH:
+PATH=${PATH//":$ROOT/.venv/bin:"/:}
+PATH=${PATH#:}
+PATH=${PATH%:}
 
 fail() {
     printf 'setup: %s\n' "$*" >&2
@@ -75,7 +81,8 @@ find_python() {
             return
         fi
     done
-    fail "no Python 3.11, 3.12 or 3.13 found ($(python3 --version 2>&1 || true)). Install one, or name it: PYTHON=/path/to/python3 make setup"
+    fail "no Python 3.11, 3.12 or 3.13 found; install one with: sudo apt install python3-venv python3-dev" \
+        "(where that is another version, get one elsewhere and name it: PYTHON=/path/to/python3.12 make setup)"
 }
 
 check_system() {
@@ -94,12 +101,13 @@ check_system() {
 }
 
 create_environment() {
+    rm -f .venv/.stamp # first, lest an interruption leaves it in half a folder
     rm -rf .venv build install
     "$1" -m venv .venv
     # uv installs these wheels in a sixth of pip's time; whatever keeps it from working here, pip does it as well.
     .venv/bin/python -m pip install --disable-pip-version-check -c requirements-dev.txt uv || true
-    .venv/bin/python -m uv pip install --python .venv/bin/python --compile-bytecode \
-        -r requirements.txt -r requirements-dev.txt ||
+    .venv/bin/python -m uv pip install --python .venv/bin/python \
+        --system-certs --compile-bytecode -r requirements.txt -r requirements-dev.txt ||
         .venv/bin/python -m pip install --disable-pip-version-check -r requirements.txt -r requirements-dev.txt
     local shell site_packages
     for shell in sh bash zsh; do
@@ -125,10 +133,12 @@ HEAD
 }
 
 build_packages() {
-    local package executable
+    local package executable jobs
+    jobs=$(nproc)
     export VIRTUAL_ENV=$ROOT/.venv AMENT_PREFIX_PATH=$ROOT/.venv CMAKE_PREFIX_PATH=$ROOT/.venv
-    export PATH=$ROOT/.venv/bin:$PATH MAKEFLAGS=-j$(nproc)
+    export PATH=$ROOT/.venv/bin:$PATH MAKEFLAGS=-j$jobs
     for package in "$@"; do
+        rm -f "install/$package/.stamp"
         rm -rf "build/$package" "install/$package"
     done
     .venv/bin/python -m colcon build --base-paths src --packages-select "$@" --symlink-install \
@@ -145,9 +155,13 @@ build_packages() {
     done
 }
 
+trap 'printf "\nsetup: interrupted; the next run goes on from here.\n" >&2; exit 130' INT
 # Two at a time would step on each other; the second waits, and then finds everything done.
 exec 9<setup/setup.sh
-flock 9
+flock --nonblock 9 || {
+    echo "setup: waiting for another set-up of this folder"
+    flock 9
+}
 
 mkdir -p log
 if [[ $(environment_fingerprint) != "$(cat .venv/.stamp 2>/dev/null)" ]]; then
