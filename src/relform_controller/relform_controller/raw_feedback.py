@@ -10,7 +10,8 @@ import numpy as np
 
 from relform_controller import layout
 from relform_controller.frames import rotation_CB, rpy_from_quaternion, wrap_angle
-from relform_controller.ocp import Array, TeamGeometry, ordered_pairs
+from relform_controller.layout import ordered_pairs
+from relform_controller.ocp import Array, TeamGeometry
 from relform_controller.relative_yaw import YawEstimate, propagate, relative_position_B, yaw_from_mutual_sight
 from relform_core.errors import FlightError
 from relform_core.measurements import RangeBearing, TeamMeasurements, VehicleMeasurements
@@ -77,7 +78,7 @@ class RawFeedback:
             if (seen := self._sight(vehicles, i, j)) is not None:
                 p_I1I2_I1[pair] = R_CB[i] @ relative_position_B(seen)
             else:
-                p_I1I2_I1[pair] = self._predicted(prediction, f"range and bearing {self._names(i, j)}").geometry.p_I1I2_I1[pair]
+                p_I1I2_I1[pair] = self._predicted(prediction, f"range and bearing from {self._vehicles[i]} to {self._vehicles[j]}").geometry.p_I1I2_I1[pair]
         p_NI_N, yaw_NI = self._leader_pose(vehicles[0], yaw_reference, prediction)
         yaws = tuple(self._yaws[pair] for pair in self._pairs)
         geometry = TeamGeometry(p_I1I2_I1, np.array([estimate.yaw for estimate in yaws]), p_NI_N, yaw_NI)
