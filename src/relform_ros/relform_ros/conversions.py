@@ -30,6 +30,8 @@ from relform_msgs.msg import RangeBearingArray as RangeBearingArrayMsg
 from relform_msgs.msg import RotorSpeeds as RotorSpeedsMsg
 from relform_msgs.msg import StepDone as StepDoneMsg
 from relform_ros.fields import (
+    WORLD_FRAME,
+    body_frame,
     check_frame,
     covariance_from_msg,
     duration_to_msg,
@@ -45,7 +47,6 @@ from relform_ros.fields import (
 )
 from relform_ros.lockstep import READY, Done
 from relform_ros.rejection import Reason, RejectionError
-from relform_ros.topics import WORLD_FRAME, body_frame
 
 UNMEASURED_VARIANCE = 1e9
 """Variance that says: this component of a standard message is not measured."""
@@ -160,13 +161,11 @@ def range_bearings_to_msg(bearings: RangeBearings, vehicle: str) -> RangeBearing
     )
 
 
-def range_bearings_from_msg(
-    msg: RangeBearingArrayMsg, vehicle: str, targets: Collection[str]
-) -> RangeBearings:
+def range_bearings_from_msg(msg: RangeBearingArrayMsg, vehicle: str, team: Collection[str]) -> RangeBearings:
     """All that a vehicle sees.
 
     Args:
-        targets: the other vehicles of the team.
+        team: names of all vehicles.
     Raises:
         RejectionError: see the module; also a target that is unknown or named twice.
     """
@@ -174,8 +173,8 @@ def range_bearings_from_msg(
     by_target: dict[str, RangeBearing] = {}
     for observation in msg.observations:
         target = observation.target_id
-        if target not in targets:
-            raise RejectionError(Reason.FOREIGN, f"target '{target}' is none of {', '.join(targets)}")
+        if target not in team or target == vehicle:
+            raise RejectionError(Reason.FOREIGN, f"target '{target}' is none of the others in the team")
         if target in by_target:
             raise RejectionError(Reason.INVALID, f"target '{target}' is named twice")
         by_target[target] = _range_bearing_from_msg(observation)

@@ -18,7 +18,14 @@ from relform_core.measurements import Array
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.rejection import Reason, RejectionError
 
+WORLD_FRAME = "map"
+"""Frame id of the world {n}."""
 QUATERNION_NORM_TOLERANCE = 1e-3
+
+
+def body_frame(vehicle: str) -> str:
+    """Frame id of the body {b} of a vehicle."""
+    return f"{vehicle}/base_link"
 
 
 def stamp_to_msg(stamp_ns: int) -> TimeMsg:

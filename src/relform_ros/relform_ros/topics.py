@@ -1,27 +1,25 @@
 """The topics of a flight: one table of names, types, writers and readers that every node uses."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TwistWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, Range
 
-from relform_core.scenario_config import SensorName, TeamConfig
+from relform_core.scenario_config import TeamConfig
 from relform_msgs.msg import (
     FormationEvent,
     FormationReference,
     FormationState,
-    RangeBearingArray,
     RotorSpeeds,
     SolverStatus,
     StepDone,
 )
 from relform_ros.qos import LATCHED, LOCKSTEP
+from relform_ros.sensors import SENSORS, sensors_of
 
 CLOCK = "/clock"
 STEP_DONE = "/sim/step_done"
@@ -35,18 +33,6 @@ CLOCK_NODE = "/sim/clock"
 CONTROLLER_NODE = "/formation/controller"
 RECORDER_NODE = "/recorder"
 MONITOR_NODE = "/monitor"
-
-WORLD_FRAME = "map"
-
-SENSOR_TYPES: Mapping[str, type[Any]] = {
-    "imu": Imu,
-    "optic_flow": TwistWithCovarianceStamped,
-    "sonar": Range,
-    "range_bearing": RangeBearingArray,
-    "localization": Odometry,
-}
-"""Message type of each sensor's topic, by the name of the sensor."""
-assert set(SENSOR_TYPES) == set(get_args(SensorName))
 
 
 @dataclass(frozen=True)
@@ -68,16 +54,6 @@ def vehicle_node(vehicle: str) -> str:
 def vehicle_topic(vehicle: str, name: str) -> str:
     """Fully qualified name of a topic of a vehicle."""
     return f"/{vehicle}/{name}"
-
-
-def body_frame(vehicle: str) -> str:
-    """Frame id of the body frame {b} of a vehicle."""
-    return f"{vehicle}/base_link"
-
-
-def sensors_of(vehicle: str, team: TeamConfig) -> tuple[str, ...]:
-    """Names of the sensors that a vehicle carries; only the leader has a localization."""
-    return tuple(name for name in SENSOR_TYPES if name != "localization" or vehicle == team.leader)
 
 
 def members(team: TeamConfig, observers: Sequence[str]) -> tuple[str, ...]:
@@ -112,7 +88,7 @@ def topic_table(team: TeamConfig, observers: Sequence[str]) -> dict[str, Topic]:
             *(
                 Topic(
                     vehicle_topic(vehicle, sensor),
-                    SENSOR_TYPES[sensor],
+                    SENSORS[sensor].message,
                     (node,),
                     (CONTROLLER_NODE, *sensor_observers),
                 )

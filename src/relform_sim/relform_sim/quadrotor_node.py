@@ -18,17 +18,9 @@ from relform_ros.lockstep import StepInbox
 from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
+from relform_ros.sensors import SENSORS
 from relform_ros.topics import CONTROLLER_NODE, EVENTS, vehicle_topic
 from relform_sim.vehicle import Vehicle
-
-TO_MSG: dict[str, Callable[[Any, str], Any]] = {
-    "imu": conversions.imu_to_msg,
-    "optic_flow": conversions.optic_flow_to_msg,
-    "sonar": conversions.sonar_to_msg,
-    "range_bearing": conversions.range_bearings_to_msg,
-    "localization": conversions.odometry_to_msg,
-}
-"""By sensor; also the order in which they are sent."""
 
 
 class Quadrotor:
@@ -86,9 +78,9 @@ class Quadrotor:
         return truths
 
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
-        for sensor, to_msg in TO_MSG.items():
+        for sensor, wire in SENSORS.items():
             if (measurement := getattr(measurements, sensor)) is not None:
-                self._publish(sensor, to_msg(measurement, self._name))
+                self._publish(sensor, wire.to_msg(measurement, self._name))
 
     def _publish_fault(self, step: int, fault: str) -> None:
         header = header_to_msg(step * self._period_ns)
