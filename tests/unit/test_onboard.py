@@ -163,6 +163,16 @@ def test_failsafe_levels_whatever_the_yaw(yaw: float) -> None:
     assert force == pytest.approx(VEHICLE.mass * (GRAVITY - 0.9) / (math.cos(0.1) * math.cos(0.2)))
 
 
+def test_failsafe_brakes_the_vertical_speed_and_no_other() -> None:
+    attitude = Rotation.from_euler("ZYX", [1.0, 0.5, -0.4])
+    forces = []
+    for v_NB_N in ([0.0, 0.0, 0.0], [2.0, -3.0, 0.0], [2.0, -3.0, 0.7]):
+        optic_flow = OpticFlow(0, attitude.inv().apply(v_NB_N), np.eye(3))
+        speeds = Failsafe(VEHICLE, 0.05).rotor_speeds(imu(attitude.as_quat()), optic_flow)
+        forces.append(torque_and_thrust(speeds)[1] * math.cos(0.5) * math.cos(0.4) / VEHICLE.mass)
+    assert forces == pytest.approx([GRAVITY - 0.9, GRAVITY - 0.9, GRAVITY - 0.9 - 3.0 * 0.7])
+
+
 def test_failsafe_damps_all_rates() -> None:
     still = OpticFlow(0, np.zeros(3), np.eye(3))
     torque, _ = torque_and_thrust(Failsafe(VEHICLE, 0.05).rotor_speeds(imu(w_NB_B=(0.5, -0.4, 0.1)), still))

@@ -202,6 +202,15 @@ def test_outliers_are_wild_but_well_formed_and_look_like_any_other() -> None:
     assert max(believed) == min(believed) == pytest.approx(0.025**2)
 
 
+def test_over_a_pole_the_azimuth_turns_round() -> None:
+    scene = Scene(sectors=everywhere(), outliers=(make_outliers(),))
+    measurements = [measured for _ in range(1000) if (measured := scene.one(1.5, 100.0, 80.0))]
+    assert len(measurements) == 1000
+    azimuth_errors = [abs(math.remainder(m.azimuth - math.radians(100.0), math.tau)) for m in measurements]
+    # 50 deg * normal exceeds 90 deg in 7%, but 42% of the elevations of 80 deg + 50 deg * normal exceed 90 deg.
+    assert np.mean(np.array(azimuth_errors) > math.pi / 2.0) == pytest.approx(0.43, abs=0.06)
+
+
 def test_of_several_outlier_events_the_first_acts() -> None:
     harmless, certain = make_outliers(0.0), make_outliers(1.0)
     ranges = [
