@@ -207,7 +207,7 @@ def test_over_a_pole_the_azimuth_turns_round() -> None:
     measurements = [measured for _ in range(1000) if (measured := scene.one(1.5, 100.0, 80.0))]
     assert len(measurements) == 1000
     azimuth_errors = [abs(math.remainder(m.azimuth - math.radians(100.0), math.tau)) for m in measurements]
-    # 50 deg * normal exceeds 90 deg in 7%, but 42% of the elevations of 80 deg + 50 deg * normal exceed 90 deg.
+    # A normal error of 50 deg exceeds 90 deg in 7%; 80 deg plus such an error exceeds 90 deg in 42%.
     assert np.mean(np.array(azimuth_errors) > math.pi / 2.0) == pytest.approx(0.43, abs=0.06)
 
 
