@@ -1,7 +1,7 @@
 """The prediction model against a rigid body with a rotation matrix, integrated by SciPy.
 
-The oracle knows where the rotors are, in which sense they turn, and Newton's and Euler's laws in an inertial frame;
-nothing of Euler angles.
+The oracle knows where the rotors are, in which sense they turn, and the laws of motion in an inertial frame; it
+knows nothing of Euler angles.
 """
 
 import casadi as ca

@@ -1,0 +1,153 @@
+"""Instances of the optimal control problem, and its residuals by another route: in the world, with SciPy."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import casadi as ca
+import numpy as np
+from scipy.spatial.transform import Rotation
+from support.scenarios import paper_scenario, team_of
+from support.world import Array, random_team
+
+from relform_controller import layout
+from relform_controller.model import RigidBody, rk4_step
+from relform_controller.ocp import HorizonReference, Ocp, TeamGeometry
+from relform_core.scenario_config import ScenarioConfig
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """Where the {mi} frames lie in the world."""
+
+    p_NI_N: Array
+    """Shape (vehicle, 3)."""
+    yaw_NI: Array
+    """Shape (vehicle,)."""
+
+    def geometry(self) -> TeamGeometry:
+        """The same, as the controller knows it."""
+        pairs = layout.ordered_pairs(len(self.yaw_NI))
+        p_I1I2_I1 = [self.levelled(i).inv().apply(self.p_NI_N[j] - self.p_NI_N[i]) for i, j in pairs]
+        yaw_I1I2 = [self.yaw_NI[j] - self.yaw_NI[i] for i, j in pairs]
+        return TeamGeometry(np.array(p_I1I2_I1), np.array(yaw_I1I2), self.p_NI_N[0], float(self.yaw_NI[0]))
+
+    def levelled(self, vehicle: int) -> Rotation:
+        """R_NI."""
+        return Rotation.from_euler("z", self.yaw_NI[vehicle])
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One instance of the optimal control problem."""
+
+    config: ScenarioConfig
+    poses: Poses
+    initial_states: Array
+    reference: HorizonReference
+    applied_thrusts: Array
+
+    @property
+    def ocp(self) -> Ocp:
+        return Ocp.from_config(self.config)
+
+
+def random_problem(seed: int, n_vehicles: int, *overrides: str, disturbance: float = 0.2) -> Problem:
+    """A team that is tilted, turning and moving, and a reference that is ``disturbance`` metres off."""
+    generator = np.random.default_rng(seed)
+    config = paper_scenario(*team_of(n_vehicles), *overrides).config
+    ocp = Ocp.from_config(config)
+    team = random_team(generator, n_vehicles, tilt_max=0.25, rate_max=0.5)
+    poses = Poses(np.array([vehicle.p_NB_N for vehicle in team]), np.array([vehicle.yaw for vehicle in team]))
+    time = np.arange(ocp.n_stages + 1)[:, None] * ocp.period
+    displacement = generator.uniform(-1.0, 1.0, (len(ocp.pairs), 3)) * disturbance
+    drift = generator.uniform(-0.5, 0.5, 3)
+    reference = HorizonReference(
+        p_B1B2_C1=(poses.geometry().p_I1I2_I1 + displacement)[:, None] + np.sin(3.0 * time) * drift / 5.0,
+        p_NB_N=team[0].p_NB_N + disturbance + time * (team[0].v_NB_N + drift),
+        yaw_NB=team[0].yaw + disturbance + 0.8 * time[:, 0] ** 2,
+    )
+    applied = config.vehicle.hover_thrust + generator.uniform(-0.3, 0.3, (n_vehicles, layout.N_INPUT))
+    return Problem(config, poses, np.array([vehicle.state_I() for vehicle in team]), reference, applied)
+
+
+def random_thrusts_of_team(seed: int, ocp: Ocp, hover_thrust: float) -> Array:
+    """Around hover, shape (vehicle, stage, N_INPUT)."""
+    generator = np.random.default_rng(seed)
+    return hover_thrust + generator.uniform(-0.25, 0.25, (ocp.n_vehicles, ocp.n_stages, layout.N_INPUT))
+
+
+@cache
+def _step(body: RigidBody, period: float, n_vehicles: int) -> ca.Function:
+    x, u = ca.SX.sym("x", layout.N_STATE), ca.SX.sym("u", layout.N_INPUT)
+    return ca.Function("step", [x, u], [rk4_step(x, u, body, period)]).map(n_vehicles)
+
+
+def simulate(ocp: Ocp, initial_states: Array, thrusts: Array) -> Array:
+    """The states that follow, shape (vehicle, stage 0..N, N_STATE)."""
+    step = _step(ocp.body, ocp.period, ocp.n_vehicles)
+    states = [initial_states]
+    for stage in range(thrusts.shape[1]):
+        states.append(np.array(step(states[-1].T, thrusts[:, stage].T)).T)
+    return np.stack(states, axis=1)
+
+
+def residual(problem: Problem, initial_states: Array, thrusts: Array) -> Array:
+    """All residuals of eqs. CostFunc1 and CostFunc2 after a simulation, unweighted, shape (row,).
+
+    Row by row: formation by pair and stage 1..N, position and yaw of the leader by stage 1..N; acceleration,
+    torque and change of thrust by vehicle and stage 0..N-1.
+    """
+    ocp, poses = problem.ocp, problem.poses
+    states = simulate(ocp, initial_states, thrusts)
+    p_NB_N = np.array(
+        [
+            poses.levelled(vehicle).apply(own[:, layout.POSITION]) + poses.p_NI_N[vehicle]
+            for vehicle, own in enumerate(states)
+        ]
+    )
+    yaw_NB = states[:, :, layout.YAW] + poses.yaw_NI[:, None]
+    formation = [
+        Rotation.from_euler("z", yaw_NB[i, :, None]).inv().apply(p_NB_N[j] - p_NB_N[i])
+        - problem.reference.p_B1B2_C1[pair]
+        for pair, (i, j) in enumerate(ocp.pairs)
+    ]
+    total = thrusts.sum(axis=2)
+    R_IB = Rotation.from_euler("ZYX", states[:, :-1, layout.RPY].reshape(-1, 3)[:, ::-1])
+    thrust_I = R_IB.apply(np.outer(total.reshape(-1), [0.0, 0.0, 1.0])) / ocp.body.mass
+    front, left, back, right = np.moveaxis(thrusts, 2, 0)
+    torque = np.stack(
+        [
+            (left - right) * ocp.body.arm_length,
+            (back - front) * ocp.body.arm_length,
+            (front + back - left - right) * ocp.body.torque_per_thrust,
+        ],
+        axis=2,
+    )
+    before = np.concatenate([problem.applied_thrusts[:, None], thrusts[:, :-1]], axis=1)
+    parts = [
+        np.array(formation)[:, 1:],
+        (p_NB_N[0] - problem.reference.p_NB_N)[1:],
+        (yaw_NB[0] - problem.reference.yaw_NB)[1:],
+        thrust_I - [0.0, 0.0, 9.81],
+        torque,
+        thrusts - before,
+    ]
+    return np.concatenate([np.asarray(part).reshape(-1) for part in parts])
+
+
+def weights(problem: Problem) -> Array:
+    """Of every row of `residual`: the cost is sum(weights * residual^2)."""
+    ocp, w = problem.ocp, problem.config.controller.weights
+    n, n_stages, n_pairs = ocp.n_vehicles, ocp.n_stages, len(ocp.pairs)
+    last = np.ones(n_stages)
+    last[-1] = w.terminal_scale
+    return np.concatenate(
+        [
+            np.broadcast_to(w.formation * last[:, None], (n_pairs, n_stages, 3)).reshape(-1),
+            np.broadcast_to(w.leader_position * last[:, None], (n_stages, 3)).reshape(-1),
+            w.leader_yaw * last,
+            np.full(n * n_stages * 3, w.acceleration),
+            np.full(n * n_stages * 3, w.torque),
+            np.full(n * n_stages * 4, w.thrust_rate),
+        ]
+    )
