@@ -99,9 +99,3 @@ def relative_position(
     p_B1B2_I1 = p_I1B2_I1 - p_I1B1_I1  # eq. RelPos3
     R_C1I1 = rotation_z(-yaw_I1B1)
     return R_C1I1 @ p_B1B2_I1  # eq. RelPos4
-
-
-def leader_pose(p_IB_I: ca.SX, yaw_IB: ca.SX, p_NI_N: ca.SX, yaw_NI: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """p_NB_N [m] and yaw_NB [rad] of the leader (eqs. Leader_States1 and Leader_States3)."""
-    R_NI = rotation_z(yaw_NI)
-    return R_NI @ p_IB_I + p_NI_N, yaw_IB + yaw_NI
