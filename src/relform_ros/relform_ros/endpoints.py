@@ -11,6 +11,7 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from relform_ros.raw import subscribe_raw
 from relform_ros.rejection import RejectionError, Rejections
 from relform_ros.topics import Topic
 
@@ -40,11 +41,16 @@ class Endpoints:
         """Send a message on a topic of which the table says that this node writes it."""
         self._publishers[topic].publish(message)
 
-    def subscribe(self, topic: str, callback: Callable[[Any], None], raw: bool = False) -> None:
+    def subscribe_raw(self, topic: str, callback: Callable[[bytes, int], None]) -> None:
+        """Read a topic without decoding it, see ``raw.subscribe_raw``."""
+        entry = self._topics[topic]
+        self._subscriptions[topic] = subscribe_raw(self._node, entry.type, topic, callback, entry.qos)
+
+    def subscribe(self, topic: str, callback: Callable[[Any], None]) -> None:
         """Read a topic.
 
         Args:
-            callback: takes the message, with ``raw`` its bytes; a RejectionError that it raises is counted.
+            callback: takes the message; a RejectionError that it raises is counted.
         """
 
         def take(message: Any) -> None:
@@ -54,9 +60,7 @@ class Endpoints:
                 self.rejections.count(topic, rejected)
 
         entry = self._topics[topic]
-        self._subscriptions[topic] = self._node.create_subscription(
-            entry.type, topic, take, entry.qos, raw=raw
-        )
+        self._subscriptions[topic] = self._node.create_subscription(entry.type, topic, take, entry.qos)
 
     def unmatched(self, among: Iterable[str] | None = None) -> set[str]:
         """Topics whose other writers or readers this node has not all discovered yet.

@@ -2,6 +2,7 @@
 
 import signal
 import sys
+import time
 from collections.abc import Callable, Mapping
 from types import FrameType
 from typing import Protocol
@@ -58,6 +59,12 @@ class Spinner:
         if self._interrupted:
             raise StopRequestedError
         self._executor.spin_once(timeout_sec=timeout_s)
+
+    def drain(self, duration_s: float) -> None:
+        """Run callbacks for a while, even after a signal."""
+        deadline = time.monotonic() + duration_s
+        while (left := deadline - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
 
     def until(self, condition: Callable[[], bool]) -> None:
         """Run callbacks until a condition holds that they bring about.

@@ -3,7 +3,9 @@
 import json
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
+from typing import Any, cast
 
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
@@ -40,6 +42,20 @@ def message_type(name: str) -> MessageType:
         definition += f"\n{SEPARATOR}\nMSG: {package}/{short_name}\n{text}"
     hashes = {entry["type_name"]: entry["hash_string"] for entry in description["type_hashes"]}
     return MessageType(name, definition, hashes[name])
+
+
+@cache
+def message_class(name: str) -> type[Any]:
+    """Python class of an installed message type.
+
+    Raises:
+        BagError: it is not installed.
+    """
+    package, _, short_name = name.split("/")
+    try:
+        return cast(type[Any], getattr(import_module(f"{package}.msg"), short_name))
+    except (ImportError, AttributeError):
+        raise BagError(f"message type '{name}' is not installed, or its setup file not sourced") from None
 
 
 def _read_definition(name: str, extension: str) -> str:

@@ -185,7 +185,7 @@ class FlightLogBuilder:
         return None
 
     def build(self) -> FlightLog:
-        """The log of what has come in so far, without control steps that lack the reference or ground truth."""
+        """The log of what has come in so far; steps that lack the reference or ground truth are left out."""
         ticks = sorted(set.intersection(*map(set, self._ground_truth.values())))
         tick_of = {stamp_ns: tick for tick, stamp_ns in enumerate(ticks)}
         stamps = sorted(s for s, step in self._steps.items() if step.phase is not None and s in tick_of)

@@ -1,16 +1,14 @@
 """A recorded flight as a ``FlightLog``, from the bag alone."""
 
-from functools import cache
-from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from rclpy.serialization import deserialize_message  # noqa: TID251  (a bag holds serialized messages)
 
 from relform_core.errors import BagError, ConfigError
 from relform_core.load import LoadedScenario, load_scenario
 from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag_file, read_bag
+from relform_tools.bag_types import message_class
 from relform_tools.bag_writer import CONFIG_ATTACHMENT
 from relform_tools.flight_log import FlightLog, FlightLogBuilder
 
@@ -32,7 +30,7 @@ def read_flight_log(path: Path) -> FlightLog:
                     builder = FlightLogBuilder(_load(text, file))
                 case BagMessage(topic, type_name, data) if builder is not None:
                     if FlightLogBuilder.needs(topic):
-                        builder.add(topic, deserialize_message(data, _message_class(type_name)))
+                        builder.add(topic, deserialize_message(data, message_class(type_name)))
         if builder is None:
             raise BagError(f"not a bag of relform: it has no attachment {CONFIG_ATTACHMENT}")
         if missing := builder.missing():
@@ -52,12 +50,3 @@ def _load(text: str, file: Path) -> LoadedScenario:
         except ConfigError as error:
             reason = str(error).splitlines()[0].replace(str(path), f"its attachment {CONFIG_ATTACHMENT}")
             raise BagError(reason) from None
-
-
-@cache
-def _message_class(type_name: str) -> Any:
-    package, _, name = type_name.split("/")
-    try:
-        return getattr(import_module(f"{package}.msg"), name)
-    except (ImportError, AttributeError):
-        raise BagError(f"message type '{type_name}' is not installed") from None

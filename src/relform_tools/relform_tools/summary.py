@@ -38,10 +38,10 @@ class Ending:
     outcome: Outcome
     reason: str | None
     """One line; None for a completed flight."""
+    wall_time: float
+    """Time that the flight took, without start-up and evaluation [s]."""
     flown: float
     """Simulation time [s]."""
-    wall_time: float
-    """Time that it took, without start-up and evaluation [s]."""
 
 
 def build_summary(

@@ -1,0 +1,106 @@
+"""A recorder of whatever is published, of relform or not."""
+
+import json
+import sys
+import time
+from collections.abc import Iterable
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from relform_core.errors import BagError
+from relform_ros.raw import subscribe_raw
+from relform_ros.run_node import Spinner, StopRequestedError
+from relform_tools.bag_types import message_class
+from relform_tools.bag_writer import VERSIONS_ATTACHMENT
+from relform_tools.recording_node import Recording, read_output, read_topics
+from relform_tools.versions import software_versions
+
+LOOK_EVERY_S = 0.1
+DEPTH = 1000
+
+
+class DiscoveringRecorder:
+    """Writes the messages of all topics that it finds, or of chosen ones, until a signal ends it.
+
+    Their log time is when they arrive: wall time, or with ``use_sim_time`` the newest tick of /clock; it is 0
+    before the first.
+    """
+
+    def __init__(self, node: Node, spinner: Spinner) -> None:
+        self._node = node
+        self._spinner = spinner
+        self._output = read_output(node)
+        self._chosen = read_topics(node)
+        self._subscriptions: dict[str, Subscription] = {}
+        self._refused: set[str] = set()
+
+    def run(self) -> None:
+        """Record until a signal arrives.
+
+        Raises:
+            BagError: the bag cannot be created or written.
+        """
+        attachments = {VERSIONS_ATTACHMENT: json.dumps(software_versions(), indent=2)}
+        recording = Recording(self._node, self._spinner, self._output, attachments)
+        try:
+            while recording.failure is None:
+                self._look(recording)
+                deadline = time.monotonic() + LOOK_EVERY_S
+                while time.monotonic() < deadline and recording.failure is None:
+                    self._spinner.once(LOOK_EVERY_S)
+        except StopRequestedError:
+            pass
+        finally:
+            recording.close()
+        if recording.failure is not None:
+            raise recording.failure
+        print(f"{self._output}: {recording.message_count} messages on {len(self._subscriptions)} topics")
+
+    def _look(self, recording: Recording) -> None:
+        """Subscribe to what is new."""
+        for name, type_names in self._node.get_topic_names_and_types():
+            if name in self._subscriptions or name in self._refused or not self._wanted(name):
+                continue
+            publishers = self._node.get_publishers_info_by_topic(name)
+            if all(info.node_name == self._node.get_name() for info in publishers):
+                continue  # nobody but this node publishes it
+            try:
+                self._subscribe(name, type_names[0], publishers, recording)
+            except BagError as error:
+                self._refused.add(name)
+                print(
+                    f"{self._node.get_fully_qualified_name()}: {name} is not recorded: {error}",
+                    file=sys.stderr,
+                )
+
+    def _wanted(self, name: str) -> bool:
+        hidden = any(part.startswith("_") for part in name.split("/"))
+        return name in self._chosen if self._chosen else not hidden
+
+    def _subscribe(
+        self, name: str, type_name: str, publishers: Iterable[TopicEndpointInfo], recording: Recording
+    ) -> None:
+        recording.add_topic(name, type_name)
+
+        def take(data: bytes, publish_time_ns: int) -> None:
+            recording.write(name, data, self._node.get_clock().now().nanoseconds, publish_time_ns)
+
+        self._subscriptions[name] = subscribe_raw(
+            self._node, message_class(type_name), name, take, matching_qos(publishers)
+        )
+
+
+def matching_qos(publishers: Iterable[TopicEndpointInfo]) -> QoSProfile:
+    """What all these publishers can serve: reliable, and with the messages before, only if all offer it."""
+    offers = [info.qos_profile for info in publishers]
+    reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
+    latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=DEPTH,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
