@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from support.problems import Problem, random_problem, random_thrusts_of_team, residual, simulate, weights
-from support.world import Array
 
 from relform_controller import layout
 from relform_controller.condensing import StateMaps, condense
 from relform_controller.cost import CostLinearization, NetAcceleration, TeamCost
 from relform_controller.kernels import Kernels
 from relform_controller.ocp import Plan
+from support.problems import Problem, random_problem, random_thrusts_of_team, residual, simulate, weights
+from support.world import Array
 
 STEP = 1e-5
 

@@ -17,8 +17,8 @@ def evaluate(*values: object) -> np.ndarray:
 
 def test_a_number_worked_out_by_hand() -> None:
     """{mi_2} is 3 m ahead of {mi_1} and turned left by 90 deg. 2 moves 1 m along its own x, 1 moves 1 m ahead
-    and turns left by 90 deg: so 2 is 2 m ahead and 1 m to the left of 1 in {mi_1}, which is 1 m ahead and 2 m to
-    the right in {mc_1}.
+    and turns left by 90 deg: so 2 is 2 m ahead and 1 m to the left of 1 in {mi_1}, which is 1 m ahead and 2 m
+    to the right in {mc_1}.
     """
     p_B1B2_C1 = evaluate([1, 0, 0], np.pi / 2, [1, 0, 0], [3, 0, 0], np.pi / 2)
     np.testing.assert_allclose(p_B1B2_C1, [1, -2, 0], atol=1e-15)

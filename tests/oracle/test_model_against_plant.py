@@ -6,13 +6,13 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.scenarios import NOISE_FREE, paper_scenario
-from support.states import Array, random_state, random_thrusts
 
 from relform_controller import layout
 from relform_controller.model import RigidBody, rk4_step
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import draw_body
+from support.scenarios import NOISE_FREE, paper_scenario
+from support.states import Array, random_state, random_thrusts
 
 CONFIG = paper_scenario(*NOISE_FREE).config  # no uncertainty of mass and inertia
 PERIOD = CONFIG.controller.period

@@ -1,7 +1,7 @@
 """The prediction model against a rigid body with a rotation matrix, integrated by SciPy.
 
-The oracle knows where the rotors are, in which sense they turn, and the laws of motion in an inertial frame; it
-knows nothing of Euler angles.
+The oracle knows where the rotors are, how they turn, and the laws of motion in an inertial frame, but
+nothing of Euler angles.
 """
 
 import casadi as ca
@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
-from support.scenarios import paper_scenario
-from support.states import Array, random_state, random_thrusts
 
 from relform_controller import layout
 from relform_controller.model import RigidBody, rk4_step
+from support.scenarios import paper_scenario
+from support.states import Array, random_state, random_thrusts
 
 VEHICLE = paper_scenario().config.vehicle
 ROTOR_POSITIONS_B = VEHICLE.arm_length * np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0]])

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from support.world import TrueVehicle, sight
 
 from relform_controller.frames import rotation_CB
 from relform_controller.relative_yaw import YawEstimate, relative_position_B, yaw_from_mutual_sight
+from support.world import TrueVehicle, sight
 
 yaws = st.floats(-math.pi, math.pi)
 tilts = st.floats(-math.radians(60.0), math.radians(60.0))

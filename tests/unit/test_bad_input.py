@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 from ruamel.yaml import YAML
-from support.scenarios import CONFIG_FOLDER, PAPER
 
 from relform_core.errors import ConfigError
 from relform_core.load import load_scenario
+from support.scenarios import CONFIG_FOLDER, PAPER
 
 SECTION_OF_FOLDER = {"vehicles": "vehicle", "sensors": "sensors", "controller": "controller"}
 FILES = sorted(path.relative_to(CONFIG_FOLDER) for path in CONFIG_FOLDER.rglob("*.yaml"))

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
-from support.scenarios import CONFIG_FOLDER, PAPER
 
 from relform_core.errors import ConfigError
 from relform_core.load import load_scenario
+from support.scenarios import CONFIG_FOLDER, PAPER
 
 VEHICLE = CONFIG_FOLDER / "vehicles/hummingbird.yaml"
 SENSORS = CONFIG_FOLDER / "sensors/paper.yaml"

@@ -5,11 +5,11 @@ import re
 from pathlib import Path
 
 import pytest
-from support.scenarios import CONFIG_FOLDER, PAPER, team_of
 
 from relform_core.errors import ConfigError
 from relform_core.load import load_scenario
 from relform_core.scenario_config import Hover, Spiral, Turn
+from support.scenarios import CONFIG_FOLDER, PAPER, team_of
 
 SCENARIOS = sorted((CONFIG_FOLDER / "scenarios").glob("*.yaml"))
 

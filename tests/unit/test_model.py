@@ -4,10 +4,10 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 import pytest
-from support.scenarios import paper_scenario
 
 from relform_controller import layout
 from relform_controller.model import RigidBody, dynamics, force_B, net_acceleration_I, torque_B
+from support.scenarios import paper_scenario
 
 VEHICLE = paper_scenario().config.vehicle
 BODY = RigidBody.from_config(VEHICLE)

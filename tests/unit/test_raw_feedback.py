@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.world import GYRO_VARIANCE, TrueVehicle, measure, random_team, relative_position_C
 
 from relform_controller import layout
 from relform_controller.ocp import TeamGeometry
 from relform_controller.raw_feedback import Feedback, Prediction, RawFeedback
 from relform_core.errors import FlightError
 from relform_core.measurements import TeamMeasurements
+from support.world import GYRO_VARIANCE, TrueVehicle, measure, random_team, relative_position_C
 
 NAMES = ("leader", "follower_1", "follower_2")
 PAIRS = layout.ordered_pairs(3)

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.world import POSITION_STD, TrueVehicle, random_team, sight
 
 from relform_controller.frames import rotation_CB
 from relform_controller.relative_yaw import (
@@ -16,6 +15,7 @@ from relform_controller.relative_yaw import (
     yaw_from_mutual_sight,
 )
 from relform_core.measurements import RangeBearing
+from support.world import POSITION_STD, TrueVehicle, random_team, sight
 
 DEGREE = math.pi / 180.0
 LEVEL = np.eye(3)
