@@ -1,0 +1,78 @@
+"""A clean shell finds the workspace, sourced or not, wherever it stands and whatever it inherits."""
+
+import os
+import shutil
+import subprocess
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+
+import pytest
+
+WORKSPACE = Path(__file__).parents[2]
+PYTHON = WORKSPACE / ".venv/bin/python"
+EXECUTABLES = {entry for entry in entry_points(group="console_scripts") if entry.value.startswith("relform_")}
+
+PROBE = """
+import rclpy, relform_core, relform_msgs.msg
+from ament_index_python import get_package_prefix
+
+rclpy.init()
+rclpy.create_node("probe").create_publisher(relform_msgs.msg.RotorSpeeds, "rotor_speeds", 1)
+for place in rclpy.__file__, relform_core.__file__, relform_msgs.__file__, get_package_prefix("relform_sim"):
+    print(place)
+"""
+
+
+def assert_finds_workspace(command: list[str | Path], tmp_path: Path, **environment: str) -> None:
+    clean = {"HOME": os.environ["HOME"], "PATH": "/usr/bin:/bin", "ROS_LOG_DIR": str(tmp_path)}
+    clean |= {name: os.environ[name] for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")}
+    run = subprocess.run(command, env=clean | environment, cwd="/", capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    places = run.stdout.splitlines()
+    assert len(places) == 4
+    assert [place for place in places if not Path(place).is_relative_to(WORKSPACE)] == []
+
+
+@pytest.mark.parametrize("shell", ["bash", "sh", "zsh"])
+def test_sourced(shell: str, tmp_path: Path) -> None:
+    if shutil.which(shell, path="/usr/bin:/bin") is None:
+        pytest.skip(f"no {shell} on this machine")
+    script = f'. "$1/install/setup.{shell}" && python3 -c "$2"'
+    assert_finds_workspace([shell, "-c", script, shell, WORKSPACE, PROBE], tmp_path)
+
+
+def test_not_sourced(tmp_path: Path) -> None:
+    assert_finds_workspace([PYTHON, "-c", PROBE], tmp_path)
+
+
+def test_started_by_another_environment_of_ros_wheels(tmp_path: Path) -> None:
+    inherited = {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1", "LD_LIBRARY_PATH": "/elsewhere/lib"}
+    assert_finds_workspace([PYTHON, "-c", PROBE], tmp_path, **inherited)
+
+
+def test_another_ros_sourced(tmp_path: Path) -> None:
+    other = tmp_path / "opt/ros/other"
+    packages = other / "lib/python/site-packages"
+    marker = other / "share/ament_index/resource_index/packages/rclpy"
+    for file in (packages / "rclpy/__init__.py", marker):
+        file.parent.mkdir(parents=True)
+        file.write_text("raise ImportError('this rclpy belongs to another Python')\n")
+    sourced = {"AMENT_PREFIX_PATH": str(other), "PYTHONPATH": str(packages)}
+    assert_finds_workspace([PYTHON, "-c", PROBE], tmp_path, **sourced)
+
+
+@pytest.mark.parametrize("entry", sorted(EXECUTABLES), ids=lambda entry: entry.name)
+def test_executable_is_where_ros2_run_looks(entry: EntryPoint, tmp_path: Path) -> None:
+    assert callable(entry.load())
+    package = entry.module.partition(".")[0]
+    executable = WORKSPACE / "install" / package / "lib" / package / entry.name
+    environment = os.environ | {"ROS_LOG_DIR": str(tmp_path)}
+    run = subprocess.run([executable], env=environment, cwd="/", capture_output=True, text=True, timeout=60)
+    assert run.returncode == 1
+    assert run.stderr.endswith(">\n")
+    assert " is not set: add --ros-args -p " in run.stderr
+    assert "Traceback" not in run.stderr
+
+
+def test_every_executable_is_known() -> None:
+    assert {entry.name for entry in EXECUTABLES} == {"clock", "leader", "quadrotor", "recorder"}
