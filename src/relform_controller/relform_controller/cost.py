@@ -48,7 +48,7 @@ class TeamCost:
     """The cost of one optimal control problem."""
 
     def __init__(self, ocp: Ocp, kernels: Kernels) -> None:
-        n, n_stages, n_pairs = ocp.n_vehicles, ocp.n_stages, len(ocp.pairs)
+        n, n_stages = ocp.n_vehicles, ocp.n_stages
         self._ocp = ocp
         self._kernels = kernels
         self._observers = np.array([i for i, _ in ocp.pairs])
@@ -59,8 +59,9 @@ class TeamCost:
 
         weights, terminal = ocp.weights, np.ones(n_stages)
         terminal[-1] = ocp.weights.terminal_scale
+        pair_shares = np.array([float(ocp.in_formation_cost(i, j)) for i, j in ocp.pairs])
         by_term = {
-            "formation": np.tile(np.repeat(weights.formation * terminal, 3), n_pairs),
+            "formation": np.kron(pair_shares, np.repeat(weights.formation * terminal, 3)),
             "leader_position": np.repeat(weights.leader_position * terminal, 3),
             "leader_yaw": weights.leader_yaw * terminal,
             "acceleration": np.full(n * n_stages * 3, weights.acceleration),

@@ -83,6 +83,7 @@ class FormationController:
         self._thrust_coefficient = config.vehicle.thrust_coefficient
         self._hover_thrust = config.vehicle.hover_thrust
         self._phase_by_step = _phase_by_step(config)
+        self._warm_start = config.controller.solver.warm_start
         self._ocp = Ocp.from_config(config)
         self._kernels = Kernels(self._ocp)
         self._solver = ModifiedRti(self._ocp, self._kernels, config.controller.solver, clock)
@@ -125,7 +126,7 @@ class FormationController:
         reference = HorizonReference(self._formation.reference(step, n_instants), leader.p_NB_N, leader.yaw_NB)
         feedback = self._raw_feedback.update(measurements, float(leader.yaw_NB[0]), self._prediction)
         guess = self._guess
-        if guess is None:
+        if guess is None or self._warm_start == "cold":
             guess = hover_plan(feedback.initial_states, self._hover_thrust, self._ocp.n_stages)
             self._solver.prepare(guess, feedback.geometry)
         self._plan, report = self._solver.solve(
@@ -143,8 +144,18 @@ class FormationController:
         """
         if self._plan is None or self._geometry is None:
             raise RuntimeError("prepare_next() needs a feedback() before it")
-        self._guess, geometry = transform(shift(self._plan, self._kernels), self._geometry, self._ocp.pairs)
-        self._prediction = Prediction(self._guess.states[:, 0], geometry)
+        shifted = shift(self._plan, self._kernels)
+        transformed, geometry = transform(shifted, self._geometry, self._ocp.pairs)
+        self._prediction = Prediction(transformed.states[:, 0], geometry)
+        match self._warm_start:
+            case "transform":
+                self._guess = transformed
+            case "shift":
+                self._guess = shifted
+            case "hold":
+                self._guess = self._plan
+            case "cold":  # there is nothing to prepare before the measurement
+                return
         self._solver.prepare(self._guess, geometry)
 
     def _decision(

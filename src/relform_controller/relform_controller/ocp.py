@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from relform_controller.layout import ordered_pairs
 from relform_controller.model import RigidBody, rotation_z
-from relform_core.controller_config import WeightsConfig
+from relform_core.controller_config import FormationPairs, WeightsConfig
 from relform_core.scenario_config import ScenarioConfig
 
 Array = npt.NDArray[np.float64]
@@ -32,6 +32,7 @@ class Ocp:
     thrust_min: float
     thrust_max: float
     """Bounds on the thrust of each rotor [N]."""
+    formation_pairs: FormationPairs
 
     @classmethod
     def from_config(cls, config: ScenarioConfig) -> "Ocp":
@@ -45,12 +46,23 @@ class Ocp:
             weights=config.controller.weights,
             thrust_min=vehicle.thrust_coefficient * vehicle.rotor_speed_min**2,
             thrust_max=vehicle.thrust_coefficient * vehicle.rotor_speed_max**2,
+            formation_pairs=config.controller.formation_pairs,
         )
 
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """Ordered pairs (observer, target); the axis `pair` of every array runs over these."""
         return ordered_pairs(self.n_vehicles)
+
+    def in_formation_cost(self, observer: int, target: int) -> bool:
+        """Whether eq. CostFunc1 has a term for this ordered pair."""
+        match self.formation_pairs:
+            case "all":
+                return True
+            case "with_leader":
+                return observer == 0 or target == 0
+            case "one_way":
+                return observer < target
 
 
 @dataclass(frozen=True, eq=False)

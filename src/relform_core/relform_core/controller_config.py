@@ -1,6 +1,6 @@
 """Schema of ``config/controller/*.yaml``: the optimal control problem and how it is solved."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -24,6 +24,15 @@ class WeightsConfig(Schema):
     """Factor on the formation, position and yaw terms of the terminal cost."""
 
 
+WarmStart = Literal["transform", "shift", "hold", "cold"]
+"""The guess of the next control step: the plan shifted in time and transformed into the next {mi} frames, as in the paper;
+only shifted; held as it is; or none, a hover from the measured states. The last three are there to show what they cost."""
+
+FormationPairs = Literal["all", "with_leader", "one_way"]
+"""Ordered pairs in the formation cost: all, as in the paper; those without the branches between followers; or each pair
+once, from the vehicle that comes first in team order. The last two are there to show what they cost."""
+
+
 class SolverConfig(Schema):
     """Limits of the modified real-time iteration (Algorithm MRTI)."""
 
@@ -31,6 +40,7 @@ class SolverConfig(Schema):
     sqp_steps_start_max: Annotated[int, Field(ge=1, le=1000)]
     kkt_tolerance: Positive
     sqp_steps_max: Annotated[int, Field(ge=1, le=100)]
+    warm_start: WarmStart
 
 
 class ControllerConfig(Schema):
@@ -39,6 +49,7 @@ class ControllerConfig(Schema):
     period: Annotated[float, Field(alias="period_s", gt=0.0, le=1.0)]
     """Control period, and length of one interval of the horizon [s]."""
     horizon_steps: Annotated[int, Field(ge=2, le=100)]
+    formation_pairs: FormationPairs
     weights: WeightsConfig
     solver: SolverConfig
     relative_yaw_std_max: Annotated[float, Field(alias="relative_yaw_std_max_deg", gt=0.0, le=90.0), DEGREES]
