@@ -3,6 +3,8 @@
 SCENARIO ?= config/scenarios/paper.yaml
 PYTHON_IN_VENV := .venv/bin/python
 
+.NOTPARALLEL: # `make lint test` in that order, whatever -j says
+
 .PHONY: help
 help: ## what can be made
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1|\2/p' $(MAKEFILE_LIST) | column -t -s '|'
