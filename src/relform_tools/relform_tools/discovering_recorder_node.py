@@ -57,7 +57,12 @@ class DiscoveringRecorder:
             recording.close()
         if recording.failure is not None:
             raise recording.failure
+        if self._now_ns() == 0:
+            print("there was no tick of /clock: all messages have the log time 0", file=sys.stderr)
         print(f"{self._output}: {recording.message_count} messages on {len(self._subscriptions)} topics")
+
+    def _now_ns(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
 
     def _look(self, recording: Recording) -> None:
         """Subscribe to what is new."""
@@ -86,7 +91,7 @@ class DiscoveringRecorder:
         recording.add_topic(name, type_name)
 
         def take(data: bytes, publish_time_ns: int) -> None:
-            recording.write(name, data, self._node.get_clock().now().nanoseconds, publish_time_ns)
+            recording.write(name, data, self._now_ns(), publish_time_ns)
 
         self._subscriptions[name] = subscribe_raw(
             self._node, message_class(type_name), name, take, matching_qos(publishers)
