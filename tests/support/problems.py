@@ -54,7 +54,7 @@ class Problem:
 def random_problem(seed: int, n_vehicles: int, *overrides: str, disturbance: float = 0.2) -> Problem:
     """A team that is tilted, turning and moving, and a reference that is ``disturbance`` metres off."""
     generator = np.random.default_rng(seed)
-    config = paper_scenario(*team_of(n_vehicles), *overrides).config
+    config = _config(n_vehicles, overrides)
     ocp = Ocp.from_config(config)
     team = random_team(generator, n_vehicles, tilt_max=0.25, rate_max=0.5)
     poses = Poses(np.array([vehicle.p_NB_N for vehicle in team]), np.array([vehicle.yaw for vehicle in team]))
@@ -68,6 +68,11 @@ def random_problem(seed: int, n_vehicles: int, *overrides: str, disturbance: flo
     )
     applied = config.vehicle.hover_thrust + generator.uniform(-0.3, 0.3, (n_vehicles, layout.N_INPUT))
     return Problem(config, poses, np.array([vehicle.state_I() for vehicle in team]), reference, applied)
+
+
+@cache
+def _config(n_vehicles: int, overrides: tuple[str, ...]) -> ScenarioConfig:
+    return paper_scenario(*team_of(n_vehicles), *overrides).config
 
 
 def random_thrusts_of_team(seed: int, ocp: Ocp, hover_thrust: float) -> Array:
