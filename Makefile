@@ -34,8 +34,8 @@ format: setup ## put the sources into shape
 	@$(PYTHON_IN_VENV) -m ruff format
 
 .PHONY: lock
-lock: setup ## pin requirements*.in again, to the newest versions
-	@setup/lock.sh
+lock: setup ## pin what is new in requirements*.in (ARGS=--upgrade: everything, to the newest)
+	@setup/lock.sh $(ARGS)
 
 .PHONY: clean
 clean: ## remove all that was built; recorded runs stay

@@ -26,6 +26,8 @@ fail() {
 stage() {
     local name=$1 start=$SECONDS status=0
     shift
+    [[ -n ${log_started:-} ]] || : >"$LOG"
+    log_started=yes
     printf 'setup: %s ... ' "$name"
     printf '\n=== %s\n' "$name" >>"$LOG"
     set +e # a subshell in a condition would ignore its own -e
@@ -165,7 +167,6 @@ flock --nonblock 9 || {
 
 mkdir -p log
 if [[ $(environment_fingerprint) != "$(cat .venv/.stamp 2>/dev/null)" ]]; then
-    : >"$LOG"
     python=$(find_python)
     check_system "$python"
     stage "Python environment in .venv, $("$python" --version)" create_environment "$python"
