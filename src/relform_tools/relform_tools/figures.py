@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,9 @@ import numpy as np
 from relform_core.errors import FlightError
 from relform_core.units import NANOSECONDS_PER_SECOND, rad_s_to_rpm
 from relform_tools.flight_log import FlightLog, Floats
-from relform_tools.metrics import flight_metrics, formation_errors, leader_errors, scored_pairs, steady_steps
+from relform_tools.flown_phases import flown_phases, step_times
+from relform_tools.metrics import flight_metrics, formation_errors, leader_errors, scored_pairs
+from relform_tools.paper_claims import FORMATION_STEADY_MEAN_M
 
 if TYPE_CHECKING:  # matplotlib takes a second to import, which only who draws should wait for
     from matplotlib.axes import Axes
@@ -92,7 +93,7 @@ def _write_key_figures(figure: Figure, log: FlightLog) -> None:
     headline = f"{score.formation.steady.mean:.3f} m"
     rest = (
         "mean formation error in steady state",
-        "(the paper: less than 0.068 m)",
+        f"(the paper: less than {FORMATION_STEADY_MEAN_M} m)",
         "",
         f"leader off its path by {score.leader_position.steady.mean:.3f} m",
         f"and {np.degrees(score.leader_yaw.steady.mean):.1f} deg",
@@ -143,7 +144,7 @@ def _draw_scene(figure: Figure, log: FlightLog) -> None:
     figure.legend(*axes.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.01, 0.91))
 
     paper = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
-    for phase in _flown_phases(log):
+    for phase in flown_phases(log):
         x, y, z = p_NB_N[np.searchsorted(log.tick_ns, phase.middle * NANOSECONDS_PER_SECOND), 0]
         axes.text(
             x, y, z + 0.9, phase.name, fontsize=17, fontweight="bold", ha="center", bbox=paper, zorder=4
@@ -178,7 +179,7 @@ def _draw_formation(axes: Axes, log: FlightLog) -> None:
         zip(pairs, formation_errors(log, pairs).T, strict=True)
     ):
         colour = _cycled(PAIR_COLOURS, index)
-        axes.plot(_step_time(log), error, color=colour, label=f"{observer} \N{RIGHTWARDS ARROW} {target}")
+        axes.plot(step_times(log), error, color=colour, label=f"{observer} \N{RIGHTWARDS ARROW} {target}")
     axes.set_title("Formation error [m], steady state shaded", pad=22.0)
     axes.set_ylim(0.0, 1.25 * axes.get_ylim()[1])  # room for the legend
     axes.legend(
@@ -188,16 +189,16 @@ def _draw_formation(axes: Axes, log: FlightLog) -> None:
 
 def _draw_leader(axes: Axes, log: FlightLog) -> None:
     position_error, yaw_error = leader_errors(log)
-    axes.plot(_step_time(log), position_error, color=LEFT_COLOUR)
+    axes.plot(step_times(log), position_error, color=LEFT_COLOUR)
     axes.set_title("Leader: position error [m]", pad=22.0)
     axes.set_ylim(0.0)
     right = _right_scale(axes, "yaw error [deg]", pad=22.0)
-    right.plot(_step_time(log), np.degrees(yaw_error), color=RIGHT_COLOUR)
+    right.plot(step_times(log), np.degrees(yaw_error), color=RIGHT_COLOUR)
     right.set_ylim(0.0)
 
 
 def _draw_rotors(axes: Axes, log: FlightLog) -> None:
-    time, speeds, limits = _step_time(log), rad_s_to_rpm(1.0) * log.rotor_speeds, log.scenario.config.vehicle
+    time, speeds, limits = step_times(log), rad_s_to_rpm(1.0) * log.rotor_speeds, log.scenario.config.vehicle
     axes.fill_between(time, speeds.min(axis=(1, 2)), speeds.max(axis=(1, 2)), color=SHADOW, linewidth=0.0)
     for vehicle in range(len(log.vehicles)):
         colour = _cycled(VEHICLE_COLOURS, vehicle)
@@ -208,11 +209,11 @@ def _draw_rotors(axes: Axes, log: FlightLog) -> None:
 
 
 def _draw_solver(axes: Axes, log: FlightLog) -> None:
-    axes.semilogy(_step_time(log), log.solver["kkt"], color=LEFT_COLOUR, linewidth=0.9)
+    axes.semilogy(step_times(log), log.solver["kkt"], color=LEFT_COLOUR, linewidth=0.9)
     axes.set(title="Solver: KKT value")
     right = _right_scale(axes, "time per control step [ms]")
     step_ms = 1e3 * (log.solver["prepare_time"] + log.solver["feedback_time"])
-    right.semilogy(_step_time(log), step_ms, color=RIGHT_COLOUR, linewidth=0.9)
+    right.semilogy(step_times(log), step_ms, color=RIGHT_COLOUR, linewidth=0.9)
 
 
 def _right_scale(axes: Axes, title: str, pad: float = 6.0) -> Axes:
@@ -224,7 +225,7 @@ def _right_scale(axes: Axes, title: str, pad: float = 6.0) -> Axes:
 
 
 def _shade_phases(axes: Axes, log: FlightLog) -> None:
-    phases = _flown_phases(log)
+    phases = flown_phases(log)
     for phase in phases:
         axes.axvspan(phase.steady, phase.end, color=BAND, linewidth=0, zorder=0)
         axes.axvline(phase.start, color=GUIDE, linewidth=0.6)
@@ -233,37 +234,8 @@ def _shade_phases(axes: Axes, log: FlightLog) -> None:
 
 def _name_phases(axes: Axes, log: FlightLog) -> None:
     above = axes.get_xaxis_transform()
-    for phase in _flown_phases(log):
+    for phase in flown_phases(log):
         axes.text(phase.middle, 1.03, phase.name, transform=above, ha="center", color=TEXT, fontweight="bold")
-
-
-@dataclass(frozen=True)
-class _FlownPhase:
-    """Where a phase lies in the flight [s]."""
-
-    name: str
-    start: float
-    steady: float
-    end: float
-
-    @property
-    def middle(self) -> float:
-        return (self.start + self.end) / 2.0
-
-
-def _flown_phases(log: FlightLog) -> list[_FlownPhase]:
-    time, steady, period = _step_time(log), steady_steps(log), log.scenario.config.controller.period
-    flown = []
-    for phase in log.scenario.config.phases:
-        steps = np.array([name == phase.name for name in log.phase])
-        if steps.any():
-            end = time[steps][-1] + period
-            flown.append(_FlownPhase(phase.name, time[steps][0], next(iter(time[steps & steady]), end), end))
-    return flown
-
-
-def _step_time(log: FlightLog) -> Floats:
-    return log.step_ns / NANOSECONDS_PER_SECOND
 
 
 def _cycled(colours: tuple[str, ...], index: int) -> str:

@@ -6,6 +6,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from relform_tools.paper_claims import COMPARED, FOOTNOTE
 from relform_tools.summary import Json
 
 STATISTICS = ("mean", "p95", "max")
@@ -52,27 +53,12 @@ def _add_rows(
 
 
 def _flight_table(summary: Json) -> Table:
-    table = _table("Beside the paper", caption="* contradicts the mean that the paper gives")
+    table = _table("Beside the paper", caption=FOOTNOTE)
     table.add_column("")
     table.add_column("this flight", justify="right")
     table.add_column("the paper says", justify="right")
-    rows = (
-        ("formation error, steady, mean", _number(summary["steady_mean_m"], 3, " m"), "< 0.068 m"),
-        ("formation error, steady, 95 %", _number(summary["steady_p95_m"], 3, " m"), ""),
-        ("formation error, steady, maximum", _number(summary["steady_max_m"], 3, " m"), "about 0.015 m *"),
-        ("formation error, maximum of all", _number(summary["peak_m"], 3, " m"), ""),
-        ("leader position error, steady, mean", _number(summary["leader_steady_mean_m"], 3, " m"), "slight"),
-        ("leader yaw error, steady, mean", _number(summary["leader_yaw_steady_mean_deg"], 1, " deg"), ""),
-        ("smallest separation", _number(summary["separation_min_m"], 2, " m"), ""),
-        ("rotor speed, maximum", _number(summary["rotor_max_rpm"], 0, " rpm"), "<= 6000 rpm"),
-        ("rotor speed, standard deviation", _number(summary["rotor_std_rpm"], 0, " rpm"), "around 600 rpm"),
-        ("steps with a rotor at its limit", _percent(summary["saturated_fraction"]), ""),
-        ("SQP steps per control step, median", _number(summary["sqp_steps_median"], 0), "2"),
-        ("solver time per control step, median", _number(summary["step_ms_median"], 1, " ms"), "< 50 ms"),
-        ("real-time factor", _number(summary["realtime_factor"], 1), ""),
-    )
-    for row in rows:
-        table.add_row(*row)
+    for row in COMPARED:
+        table.add_row(row.label, row.text(summary[row.key]), row.paper)
     return table
 
 
@@ -87,9 +73,5 @@ def _table(title: str, caption: str | None = None) -> Table:
     )
 
 
-def _number(value: float | None, digits: int, unit: str = "") -> str:
-    return NONE if value is None else f"{value:.{digits}f}{unit}"
-
-
-def _percent(fraction: float | None) -> str:
-    return NONE if fraction is None else f"{100.0 * fraction:.1f} %"
+def _number(value: float | None, digits: int) -> str:
+    return NONE if value is None else f"{value:.{digits}f}"
