@@ -5,7 +5,7 @@ NAME = "relform_core"
 setup(
     name=NAME,
     version="0.1.0",
-    description="Types, errors, units and configuration schema that every relform package shares; free of ROS.",
+    description="Types, errors, units and configuration schema shared by all of relform; free of ROS.",
     maintainer="The relform developers",
     maintainer_email="maintainers@relform.dev",
     license="Apache-2.0",
