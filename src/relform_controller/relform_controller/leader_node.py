@@ -36,7 +36,7 @@ from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
 from relform_ros.sensors import SENSORS, SensorWire, sensors_of
-from relform_ros.topics import CONTROLLER_NODE, EVENTS, REFERENCE, SOLVER, STATE, vehicle_node, vehicle_topic
+from relform_ros.topics import CONTROLLER_NODE, EVENTS, REFERENCE, SOLVER, STATE, vehicle_topic
 
 
 class Leader:
@@ -58,9 +58,7 @@ class Leader:
             for sensor in sensors_of(vehicle, self._team)
         }
         self._inbox = StepInbox[Any](topics, self._period_ns)
-        self._member = LockstepMember(
-            node, spinner, config, read_observers(node), awaited=map(vehicle_node, self._team.vehicles)
-        )
+        self._member = LockstepMember(node, spinner, config, read_observers(node))
         self._member.report = self._report
         for topic, (vehicle, wire) in topics.items():
             self._member.endpoints.subscribe(topic, self._measurement_callback(topic, vehicle, wire))

@@ -278,12 +278,14 @@ def done_to_msg(done: Done, stamp_ns: int) -> StepDoneMsg:
     )
 
 
-def done_from_msg(msg: StepDoneMsg) -> Done:
-    """What a member says when it has finished a step.
+def done_from_msg(msg: StepDoneMsg, node: str) -> Done:
+    """What the member ``node`` says when it has finished a step.
 
     Raises:
-        RejectionError: no possible step.
+        RejectionError: another node says so, or no possible step.
     """
+    if msg.node != node:
+        raise RejectionError(Reason.FOREIGN, f"node must be '{node}' (got '{msg.node}')")
     if msg.step < READY:
         raise RejectionError(Reason.INVALID, f"step must be at least {READY} (got {msg.step})")
     return Done(node=msg.node, step=msg.step, sent=tuple(msg.sent), fault=msg.fault)

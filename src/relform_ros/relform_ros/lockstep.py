@@ -79,27 +79,21 @@ class _OpenSteps(Generic[T]):
 
 
 class Announcements:
-    """What some members of the barrier say they have sent, step by step.
+    """What the awaited members of the barrier say they have sent, step by step."""
 
-    Args:
-        members: all members of the barrier.
-        awaited: those whose announcements are wanted.
-    """
-
-    def __init__(self, members: Iterable[str], awaited: Iterable[str]) -> None:
-        self._members = frozenset(members)
+    def __init__(self, awaited: Iterable[str]) -> None:
         self._awaited = frozenset(awaited)
         self._steps: _OpenSteps[dict[str, Done]] = _OpenSteps(dict)
 
     def add(self, done: Done) -> None:
-        """Take in what a member says; what is not wanted is passed over.
+        """Take in what a member says; that it is ready is of no interest here.
 
         Raises:
-            RejectionError: it is no member, or says so for the second time, or for a step that is not open.
+            RejectionError: it is not awaited, or says so for the second time, or for a step that is not open.
         """
-        if done.node not in self._members:
-            raise RejectionError(Reason.FOREIGN, f"'{done.node}' is no member of this barrier")
-        if done.node not in self._awaited or done.step == READY:
+        if done.node not in self._awaited:
+            raise RejectionError(Reason.FOREIGN, f"'{done.node}' is not awaited here")
+        if done.step == READY:
             return
         step = self._steps.opened(done.step)
         if done.node in step:

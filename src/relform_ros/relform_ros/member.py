@@ -2,7 +2,8 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
@@ -17,7 +18,7 @@ from relform_ros.fields import stamp_from_msg
 from relform_ros.lockstep import READY, Announcements, Done, step_at
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
-from relform_ros.topics import CLOCK, DIAGNOSTICS, STEP_DONE, members, topic_table
+from relform_ros.topics import CLOCK, DIAGNOSTICS, members, step_done_topic, topic_table
 
 DISCOVERY_POLL_S = 0.01
 """Nothing wakes a node when its picture of the graph changes, so during discovery it looks this often."""
@@ -32,21 +33,18 @@ class LockstepMember:
 
     Args:
         observers: the members beside vehicles and controller.
-        awaited: members whose announcements this one needs, see ``announcements``.
     """
 
     def __init__(
-        self,
-        node: Node,
-        spinner: Spinner,
-        config: ScenarioConfig,
-        observers: Iterable[str],
-        awaited: Iterable[str] = (),
+        self, node: Node, spinner: Spinner, config: ScenarioConfig, observers: Sequence[str]
     ) -> None:
-        observers = tuple(observers)
         self.endpoints = Endpoints(node, topic_table(config.team, observers))
-        self.announcements = Announcements(members(config.team, observers), awaited)
-        """What the awaited members have sent; the owner closes the steps it is through with."""
+        readable = {topic.name for topic in self.endpoints.readable}
+        awaited = [
+            member for member in members(config.team, observers) if step_done_topic(member) in readable
+        ]
+        self.announcements = Announcements(awaited)
+        """What the members have sent whose messages this one reads; the owner closes the steps."""
         self.report: Callable[[], Mapping[str, object]] = dict
         """What the node adds to its diagnostics, once per second of simulation time."""
         self._name = node.get_fully_qualified_name()
@@ -56,7 +54,8 @@ class LockstepMember:
         self._sent: list[str] = []
         self._newest_tick = -1
         self.endpoints.subscribe(CLOCK, self._on_clock)
-        self.endpoints.subscribe(STEP_DONE, self._on_step_done)
+        for member in awaited:
+            self.endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message that belongs to the current step."""
@@ -117,10 +116,10 @@ class LockstepMember:
             raise RejectionError(Reason.EARLY, f"tick of step {step} after that of step {self._newest_tick}")
         self._newest_tick = step
 
-    def _on_step_done(self, msg: StepDone) -> None:
-        self.announcements.add(done_from_msg(msg))
+    def _on_step_done(self, member: str, msg: StepDone) -> None:
+        self.announcements.add(done_from_msg(msg, member))
 
     def _send_done(self, step: int, stamp_ns: int, fault: str) -> None:
         done = Done(self._name, step, tuple(self._sent), fault)
-        self.endpoints.publish(STEP_DONE, done_to_msg(done, stamp_ns))
+        self.endpoints.publish(step_done_topic(self._name), done_to_msg(done, stamp_ns))
         self._sent = []

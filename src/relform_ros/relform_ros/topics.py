@@ -22,7 +22,6 @@ from relform_ros.qos import LATCHED, LOCKSTEP
 from relform_ros.sensors import SENSORS, sensors_of
 
 CLOCK = "/clock"
-STEP_DONE = "/sim/step_done"
 EVENTS = "/formation/events"
 STATE = "/formation/state"
 SOLVER = "/formation/solver"
@@ -56,6 +55,11 @@ def vehicle_topic(vehicle: str, name: str) -> str:
     return f"/{vehicle}/{name}"
 
 
+def step_done_topic(node: str) -> str:
+    """Topic on which a member says that it has finished a step."""
+    return f"{node}/step_done"
+
+
 def members(team: TeamConfig, observers: Sequence[str]) -> tuple[str, ...]:
     """Fully qualified names of all members of the barrier."""
     return (*map(vehicle_node, team.vehicles), CONTROLLER_NODE, *observers)
@@ -75,7 +79,21 @@ def topic_table(team: TeamConfig, observers: Sequence[str]) -> dict[str, Topic]:
     controller = (CONTROLLER_NODE,)
     topics = [
         Topic(CLOCK, Clock, (CLOCK_NODE,), all_members),
-        Topic(STEP_DONE, StepDone, all_members, (CLOCK_NODE, *all_members), LATCHED),
+        # Of what the others have finished, each reads only what it waits for: n messages per step, not n^2.
+        *(
+            Topic(
+                step_done_topic(node), StepDone, (node,), (CLOCK_NODE, CONTROLLER_NODE, *observers), LATCHED
+            )
+            for node in vehicle_nodes.values()
+        ),
+        Topic(
+            step_done_topic(CONTROLLER_NODE),
+            StepDone,
+            controller,
+            (CLOCK_NODE, *vehicle_nodes.values(), *observers),
+            LATCHED,
+        ),
+        *(Topic(step_done_topic(node), StepDone, (node,), (CLOCK_NODE,), LATCHED) for node in observers),
         Topic(EVENTS, FormationEvent, (*vehicle_nodes.values(), CONTROLLER_NODE), observers, LATCHED),
         Topic(STATE, FormationState, controller, observers),
         Topic(SOLVER, SolverStatus, controller, observers),
@@ -98,3 +116,7 @@ def topic_table(team: TeamConfig, observers: Sequence[str]) -> dict[str, Topic]:
             Topic(vehicle_topic(vehicle, "rotor_speeds"), RotorSpeeds, controller, (node, *observers)),
         ]
     return {topic.name: topic for topic in topics}
+
+
+def _step_done(node: str, readers: tuple[str, ...]) -> Topic:
+    return Topic(step_done_topic(node), StepDone, (node,), (CLOCK_NODE, *readers), LATCHED)

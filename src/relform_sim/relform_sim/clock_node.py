@@ -5,6 +5,7 @@ error, 130 interrupted.
 """
 
 import time
+from functools import partial
 
 import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -20,7 +21,7 @@ from relform_ros.fields import stamp_to_msg
 from relform_ros.member import DISCOVERY_POLL_S
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
-from relform_ros.topics import CLOCK, DIAGNOSTICS, STEP_DONE, members, topic_table
+from relform_ros.topics import CLOCK, DIAGNOSTICS, members, step_done_topic, topic_table
 
 EXIT_CODES = {SilentNodeError: 2, VehicleFaultError: 3}
 
@@ -35,7 +36,8 @@ class ClockServer:
         self._spinner = spinner
         self._config = config
         self._endpoints = Endpoints(node, topic_table(config.team, observers))
-        self._endpoints.subscribe(STEP_DONE, self._on_step_done)
+        for member in members(config.team, observers):
+            self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
         self._barrier = Barrier(
             members(config.team, observers),
             period=config.controller.period,
@@ -64,8 +66,8 @@ class ClockServer:
                 self._endpoints.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, {}))
             self._spinner.until(self._barrier.complete)
 
-    def _on_step_done(self, msg: StepDone) -> None:
-        self._barrier.add(done_from_msg(msg))
+    def _on_step_done(self, member: str, msg: StepDone) -> None:
+        self._barrier.add(done_from_msg(msg, member))
 
 
 def _read_start_timeout(node: Node) -> float:

@@ -19,7 +19,7 @@ from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
 from relform_ros.sensors import SENSORS
-from relform_ros.topics import CONTROLLER_NODE, EVENTS, vehicle_topic
+from relform_ros.topics import EVENTS, vehicle_topic
 from relform_sim.vehicle import Vehicle
 
 
@@ -39,7 +39,7 @@ class Quadrotor:
             (self._truth_topics[name] for name in self._others), self._period_ns
         )
         self._commands = StepInbox[RotorCommand]([self._command_topic], self._period_ns)
-        self._member = LockstepMember(node, spinner, config, read_observers(node), awaited=[CONTROLLER_NODE])
+        self._member = LockstepMember(node, spinner, config, read_observers(node))
         self._member.report = lambda: vars(self._vehicle.counts)
         self._member.endpoints.subscribe(self._command_topic, self._on_command)
         for name in self._others:

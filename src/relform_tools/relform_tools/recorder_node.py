@@ -17,7 +17,7 @@ from relform_ros.member import FAREWELL_S, LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.rejection import RejectionError
 from relform_ros.run_node import Runnable, Spinner, run_node
-from relform_ros.topics import Topic, members
+from relform_ros.topics import Topic
 from relform_tools.bag_writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
 from relform_tools.discovering_recorder_node import DiscoveringRecorder
 from relform_tools.recording_node import Recording, read_output, read_topics
@@ -39,8 +39,7 @@ class FlightRecorder:
         self._chosen = read_topics(node)
         config = self._scenario.config
         self._period_ns = config.period_ns
-        senders = members(config.team, ())  # not the other observers: they might wait for this one
-        self._member = LockstepMember(node, spinner, config, observers, awaited=senders)
+        self._member = LockstepMember(node, spinner, config, observers)
 
     def run(self) -> None:
         """Record to the end of the flight.
