@@ -131,7 +131,7 @@ def _compile(functions: Sequence[ca.Function]) -> Path:
             "\n".join([source.read_text(), version, *COMPILER_FLAGS, _cpu()]).encode(), usedforsecurity=False
         ).hexdigest()
         library = _cache_folder() / f"kernels-{key[:20]}.so"
-        if not library.exists():
+        if not os.path.exists(library):  # unlike Path.exists, no error where the folder is forbidden
             built = Path(folder) / "kernels.so"
             result = subprocess.run(
                 [compiler, *COMPILER_FLAGS, str(source), "-o", str(built), "-lm"],
