@@ -33,6 +33,8 @@ for name in sys.argv[1:]:
 ROSDEP_KEYS = {
     "casadi": "casadi-pip",
     "daqp": None,
+    "distributed": None,  # optional: a sweep on a Dask cluster
+    "jinja2": "python3-jinja2",
     "matplotlib": "python3-matplotlib",
     "mcap": None,
     "mpl_toolkits": "python3-matplotlib",
