@@ -47,8 +47,10 @@ def draw_flight(log: FlightLog, path: Path) -> None:
     """Write the picture of a flight as PNG.
 
     Raises:
-        FlightError: the file cannot be written.
+        FlightError: the flight has no control step, or the file cannot be written.
     """
+    if not log.phase:
+        raise FlightError(f"{path}: not drawn: the flight has no control step")
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
