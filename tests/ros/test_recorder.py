@@ -1,0 +1,204 @@
+"""The recorder as a process of its own: nothing lost, whatever ends it."""
+
+import contextlib
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+
+from relform_tools.bag_reader import BagMessage, read_bag
+from relform_tools.bag_recover import recover_bag
+
+WORKSPACE = Path(__file__).parents[2]
+RECORDER = WORKSPACE / "install/relform_tools/lib/relform_tools/recorder"
+RECORD = WORKSPACE / "scripts/record.py"
+
+PUBLISHER = """
+import os, sys, time
+import rclpy
+from rclpy.duration import Duration
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from std_msgs.msg import Header
+
+number, rate, padding = int(sys.argv[1]), float(sys.argv[2]), int(sys.argv[3])
+rclpy.init()
+node = rclpy.create_node("publisher")
+late = QoSProfile(depth=5, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+latched = node.create_publisher(Header, "/latched", late)
+latched.publish(Header(frame_id="before"))
+publishers = [node.create_publisher(Header, f"/counted_{i}", QoSProfile(depth=1000)) for i in range(4)]
+best_effort = QoSProfile(depth=1000, reliability=QoSReliabilityPolicy.BEST_EFFORT)
+hasty = node.create_publisher(Header, "/hasty", best_effort)
+print("there", flush=True)
+while any(each.get_subscription_count() == 0 for each in (*publishers, hasty, latched)):
+    time.sleep(0.005)
+begin = time.monotonic()
+for index in range(number):
+    time.sleep(max(0.0, begin + index / rate - time.monotonic()))
+    for each in (*publishers, hasty):
+        each.publish(Header(frame_id=f"{index} " + os.urandom(padding).hex()))
+    if index % 20 == 0:
+        print(index, flush=True)
+for each in (*publishers, latched):
+    each.wait_for_all_acked(Duration(seconds=10))
+print("done", flush=True)
+sys.stdin.readline()
+"""
+
+
+@contextlib.contextmanager
+def process(*command: str | Path, **options: Any) -> Iterator[subprocess.Popen[str]]:
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.PIPE, **options}
+    with subprocess.Popen([str(part) for part in command], text=True, **options) as running:
+        try:
+            yield running
+        finally:
+            running.kill()
+
+
+def publisher(number: int, rate: float, padding: int = 0) -> Any:
+    return process(sys.executable, "-c", PUBLISHER, str(number), str(rate), str(padding))
+
+
+def recorder(output: Path, limit: Callable[[], None] | None = None) -> Any:
+    return process(RECORDER, "--ros-args", "-p", f"output:={output}", preexec_fn=limit)
+
+
+def wait_for_line(running: subprocess.Popen[str], expected: str) -> None:
+    assert running.stdout is not None
+    for line in running.stdout:
+        if line.strip() == expected:
+            return
+    raise AssertionError(f"the process ended without saying '{expected}'")
+
+
+def messages(file: Path) -> list[BagMessage]:
+    return [entry for entry in read_bag(file) if isinstance(entry, BagMessage)] if file.exists() else []
+
+
+def header_numbers(folder: Path, topic: str) -> list[str]:
+    """The first word of each message, as rosbags reads it."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Reader(folder) as reader:
+        connections = [connection for connection in reader.connections if connection.topic == topic]
+        messages = reader.messages(connections=connections)
+        decoded = [store.deserialize_cdr(data, connection.msgtype) for connection, _, data in messages]
+    return [message.frame_id.split()[0] for message in decoded]  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_every_message_until_a_signal(tmp_path: Path, ending: signal.Signals) -> None:
+    number = 500
+    with publisher(number, rate=500.0) as source, recorder(tmp_path / "bag") as sink:
+        wait_for_line(source, "done")
+        sink.send_signal(ending)
+        begin = time.monotonic()
+        output, errors = sink.communicate(timeout=10.0)
+    assert time.monotonic() - begin < 3.0
+    assert (sink.returncode, errors) == (0, "")
+    assert str(tmp_path / "bag") in output
+    for index in range(4):
+        assert header_numbers(tmp_path / "bag", f"/counted_{index}") == [str(n) for n in range(number)]
+    assert header_numbers(tmp_path / "bag", "/latched") == ["before"]
+    assert header_numbers(tmp_path / "bag", "/hasty")[0] == "0"
+    assert recover_bag(tmp_path / "bag") is False
+
+
+def test_killed_recorder_loses_less_than_a_second(tmp_path: Path) -> None:
+    rate = 200.0
+    with publisher(2000, rate) as source, recorder(tmp_path / "bag") as sink:
+        wait_for_line(source, "600")
+        sink.kill()
+        sink.wait()
+    found = messages(tmp_path / "bag/bag_0.mcap")
+    completed = subprocess.run(
+        [sys.executable, RECORD, "--recover", tmp_path / "bag"], capture_output=True, text=True, check=True
+    )
+    assert completed.stdout == f"{tmp_path / 'bag'}: completed\n"
+    numbers = header_numbers(tmp_path / "bag", "/counted_2")
+    assert len(numbers) == sum(entry.topic == "/counted_2" for entry in found)
+    assert numbers == [str(n) for n in range(len(numbers))]
+    assert len(numbers) > 600 - rate
+
+
+def test_full_disk_ends_it_with_one_line(tmp_path: Path) -> None:
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+
+    with publisher(4000, rate=1000.0, padding=1000), recorder(tmp_path / "bag", limit) as sink:
+        _, errors = sink.communicate(timeout=30.0)
+    assert sink.returncode == 1
+    assert errors.startswith(
+        f"/recorder: {tmp_path / 'bag/bag_0.mcap'} cannot be written any more: File too large"
+    )
+    assert errors.count("\n") == 1
+    assert recover_bag(tmp_path / "bag") is True
+    numbers = header_numbers(tmp_path / "bag", "/counted_0")
+    assert numbers == [str(n) for n in range(len(numbers))]
+    assert numbers
+
+
+@pytest.fixture
+def tiny_disk(tmp_path: Path) -> Iterator[Path]:
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True).returncode != 0:
+        pytest.skip("only root can mount a tiny disk")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+def test_real_full_disk_leaves_a_complete_bag(tiny_disk: Path) -> None:
+    with publisher(4000, rate=1000.0, padding=1000), recorder(tiny_disk / "bag") as sink:
+        _, errors = sink.communicate(timeout=30.0)
+    assert sink.returncode == 1
+    assert "No space left on device; the bag is complete up to there" in errors
+    assert errors.count("\n") == 1
+    numbers = header_numbers(tiny_disk / "bag", "/counted_3")
+    assert numbers == [str(n) for n in range(len(numbers))]
+    assert numbers
+
+
+def test_place_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with recorder(tmp_path / "file/bag") as sink:
+        _, errors = sink.communicate(timeout=20.0)
+    assert sink.returncode == 1
+    assert errors == f"/recorder: {tmp_path / 'file/bag'}: no bag can be written there: Not a directory\n"
+
+
+def test_chosen_topics_and_wall_time(tmp_path: Path) -> None:
+    begin_ns = time.time_ns()
+    command = [
+        sys.executable,
+        RECORD,
+        "--out",
+        tmp_path / "bag",
+        "--wall-time",
+        "--topics",
+        "/counted_1",
+        "/latched",
+    ]
+    with publisher(50, rate=100.0) as source, process(*command) as sink:
+        wait_for_line(source, "there")
+        # The other topics have no reader: the publisher waits for ever, so that only what is latched arrives.
+        deadline = time.monotonic() + 20.0
+        while not messages(tmp_path / "bag/bag_0.mcap") and time.monotonic() < deadline:
+            time.sleep(0.05)
+        sink.send_signal(signal.SIGINT)
+        output, errors = sink.communicate(timeout=10.0)
+    assert (sink.returncode, errors) == (0, "")
+    assert output.splitlines()[-1] == f"{tmp_path / 'bag'}: 1 messages on 2 topics"
+    with Reader(tmp_path / "bag") as reader:
+        assert {connection.topic for connection in reader.connections} == {"/counted_1", "/latched"}
+        assert begin_ns < reader.start_time < time.time_ns()
