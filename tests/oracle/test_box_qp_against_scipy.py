@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from relform_controller import box_qp
-from relform_controller.box_qp import BoxQp, QpFailure
+from relform_controller.box_qp import BoxQp, QpError
 from support.world import Array
 
 
@@ -68,7 +68,7 @@ def test_what_neither_method_solves_is_told(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(
         daqp, "solve", lambda *_: (np.zeros(5), 0.0, -4, {"iterations": 1000, "lam": np.zeros(5)})
     )
-    with pytest.raises(QpFailure, match=r"^the QP was not solved \(daqp exit flag -4\)$"):
+    with pytest.raises(QpError, match=r"^the QP was not solved \(daqp exit flag -4\)$"):
         BoxQp(J.T @ J, lower, upper).solve(J.T @ r)
 
 
@@ -81,11 +81,11 @@ def test_what_neither_method_solves_is_told(monkeypatch: pytest.MonkeyPatch) -> 
     ],
 )
 def test_a_hessian_that_has_no_minimiser(hessian: list[list[float]], problem: str) -> None:
-    with pytest.raises(QpFailure, match=f"^{problem}$"):
+    with pytest.raises(QpError, match=f"^{problem}$"):
         BoxQp(np.array(hessian), np.full(2, -1.0), np.full(2, 1.0))
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_gradient_that_is_not_finite(bad: float) -> None:
-    with pytest.raises(QpFailure, match=r"^the gradient is not finite$"):
+    with pytest.raises(QpError, match=r"^the gradient is not finite$"):
         BoxQp(np.eye(2), np.full(2, -1.0), np.full(2, 1.0)).solve(np.array([0.5, bad]))

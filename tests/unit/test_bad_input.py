@@ -19,7 +19,11 @@ from relform_core.load import load_scenario
 from support.scenarios import CONFIG_FOLDER, PAPER
 
 SECTION_OF_FOLDER = {"vehicles": "vehicle", "sensors": "sensors", "controller": "controller"}
-FILES = sorted(path.relative_to(CONFIG_FOLDER) for path in CONFIG_FOLDER.rglob("*.yaml"))
+FILES = sorted(
+    path.relative_to(CONFIG_FOLDER)
+    for folder in ("vehicles", "sensors", "controller", "scenarios")
+    for path in (CONFIG_FOLDER / folder).glob("*.yaml")
+)
 Path_ = tuple[str | int, ...]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from relform_controller import layout
-from relform_controller.box_qp import QpFailure
+from relform_controller.box_qp import QpError
 from relform_controller.kernels import Kernels
 from relform_controller.ocp import Plan
 from relform_controller.rti import RealTimeIteration, SqpStep
@@ -89,7 +89,7 @@ def test_a_guess_that_is_not_finite_cannot_be_prepared_nor_used() -> None:
     rti.prepare(GUESS, PROBLEM.poses.geometry())
     states = GUESS.states.copy()
     states[1, 3, layout.PITCH] = np.nan
-    with pytest.raises(QpFailure, match="the Hessian is not finite"):
+    with pytest.raises(QpError, match="the Hessian is not finite"):
         rti.prepare(Plan(states, GUESS.thrusts), PROBLEM.poses.geometry())
     with pytest.raises(RuntimeError, match="needs a prepare"):
         feedback(rti)
@@ -101,6 +101,6 @@ def test_a_measurement_that_is_not_finite_is_refused_and_the_next_one_is_not() -
     expected = feedback(rti)
     states = PROBLEM.initial_states.copy()
     states[2, layout.VELOCITY] = np.inf
-    with pytest.raises(QpFailure, match="the gradient is not finite"):
+    with pytest.raises(QpError, match="the gradient is not finite"):
         feedback(rti, dataclasses.replace(PROBLEM, initial_states=states))
     assert_same(feedback(rti), expected)

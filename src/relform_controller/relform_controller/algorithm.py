@@ -1,11 +1,11 @@
-"""Algorithm MRTI, the modified real-time iteration: how many SQP steps to take, and what to do when one fails."""
+"""Algorithm MRTI, the modified real-time iteration: how many SQP steps, and what if one fails."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
-from relform_controller.box_qp import QpFailure
+from relform_controller.box_qp import QpError
 from relform_controller.kernels import Kernels
 from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.rti import RealTimeIteration, SqpStep
@@ -46,8 +46,8 @@ class ModifiedRti:
         kernels: its compiled functions.
         config: limits on the number of SQP steps and tolerances.
         clock: monotonic time [s], for the reports and the time budget only.
-        time_budget: time that the SQP steps after the first may take in a control step [s]; in lock-step it is infinite,
-            so that results do not depend on the machine.
+        time_budget: time after which no further SQP step of a control step starts [s]; infinite in
+            lock-step, so that results do not depend on the machine.
     """
 
     def __init__(
@@ -67,12 +67,12 @@ class ModifiedRti:
         self._started = False
 
     def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
-        """Prepare the first SQP step of the next control step around a guess, in the geometry predicted for it."""
+        """Prepare the first SQP step of the next control step, in the geometry predicted for it."""
         begin = self._clock()
         self._prepare_failure = ""
         try:
             self._rti.prepare(guess, geometry)
-        except QpFailure as failure:
+        except QpError as failure:
             self._prepare_failure = str(failure)
         self._prepare_time = self._clock() - begin
 
@@ -97,7 +97,7 @@ class ModifiedRti:
                 if steps:
                     self._rti.prepare(plan, geometry)
                 steps.append(self._rti.feedback(initial_states, geometry, reference, applied_thrusts))
-            except QpFailure as error:
+            except QpError as error:
                 failure = str(error)
                 break
             plan = steps[-1].plan

@@ -1,9 +1,10 @@
-"""Quadratic program with bounds: factorised once, then solved for a gradient at the cost of a few triangular solves."""
+"""Quadratic program with bounds: factorised once, then solved for any gradient at little cost."""
 
 from dataclasses import dataclass
 
 import daqp
 import numpy as np
+import numpy.typing as npt
 from scipy.linalg import lapack
 
 from relform_controller.ocp import Array
@@ -13,7 +14,7 @@ _TOLERANCE = 1e-9
 """How far beyond a bound a free variable may lie."""
 
 
-class QpFailure(Exception):
+class QpError(Exception):
     """A quadratic program has no usable solution; the text says why."""
 
 
@@ -30,31 +31,32 @@ class QpSolution:
 class BoxQp:
     """minimize x' H x / 2 + g' x subject to lower <= x <= upper, for positive definite H.
 
-    A primal-dual active-set method on the bounds (Hintermueller, Ito and Kunisch, 2003): it guesses which bounds are active, solves
-    the equations that remain, and corrects the guess by the signs of the multipliers and the bounds that are violated. Few bounds
-    are ever active here, so each guess costs one small dense system on top of the one factorisation. The method may cycle; daqp, a dual
-    active-set solver, then takes over.
+    A primal-dual active-set method on the bounds (Hintermueller, Ito and Kunisch, 2003): it guesses which
+    bounds are active, solves the equations that remain, and corrects the guess by the signs of the
+    multipliers and the bounds that are violated. Few bounds are ever active here, so each guess costs one
+    small dense system on top of the one factorisation. The method may cycle; daqp, a dual active-set solver,
+    then takes over.
 
     Raises:
-        QpFailure: H is not finite or not positive definite.
+        QpError: H is not finite or not positive definite.
     """
 
     def __init__(self, hessian: Array, lower: Array, upper: Array) -> None:
         if not np.isfinite(hessian).all():
-            raise QpFailure("the Hessian is not finite")
+            raise QpError("the Hessian is not finite")
         self._factor, failed = lapack.dpotrf(hessian, lower=1)
         if failed:
-            raise QpFailure("the Hessian is not positive definite")
+            raise QpError("the Hessian is not positive definite")
         self._hessian, self._lower, self._upper = hessian, lower, upper
 
     def solve(self, gradient: Array) -> QpSolution:
         """The minimiser for one g.
 
         Raises:
-            QpFailure: g is not finite, or neither method finds a solution.
+            QpError: g is not finite, or neither method finds a solution.
         """
         if not np.isfinite(gradient).all():
-            raise QpFailure("the gradient is not finite")
+            raise QpError("the gradient is not finite")
         unbounded = self._times_inverse(-gradient)
         x, multipliers = unbounded, np.zeros_like(unbounded)
         side = np.zeros(x.size, dtype=np.int64)  # -1, 1: at the lower, upper bound; 0: free
@@ -68,8 +70,8 @@ class BoxQp:
             x, multipliers = self._on_bounds(unbounded, side)
         return self._by_dual_active_set(gradient)
 
-    def _on_bounds(self, unbounded: Array, side: Array) -> tuple[Array, Array]:
-        """Minimiser and multipliers with some variables held at their bounds, by the Schur complement of these bounds."""
+    def _on_bounds(self, unbounded: Array, side: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+        """Minimiser and multipliers with some variables held at their bounds (Schur complement)."""
         active = np.flatnonzero(side)
         bounds = np.where(side[active] > 0, self._upper[active], self._lower[active])
         columns = np.zeros((unbounded.size, active.size))
@@ -89,5 +91,5 @@ class BoxQp:
         no_constraints = np.zeros((0, gradient.size))
         x, _, exit_flag, info = daqp.solve(self._hessian, gradient, no_constraints, self._upper, self._lower)
         if exit_flag <= 0 or not np.isfinite(x).all():
-            raise QpFailure(f"the QP was not solved (daqp exit flag {exit_flag})")
+            raise QpError(f"the QP was not solved (daqp exit flag {exit_flag})")
         return QpSolution(x, info["lam"], _ITERATIONS_MAX + int(info["iterations"]))

@@ -1,4 +1,4 @@
-"""Full condensing: the deviation of every state of the horizon as an affine map of the inputs and the initial state."""
+"""Full condensing: the deviation of every state as an affine map of inputs and initial state."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from relform_controller.ocp import Array
 
 @dataclass(frozen=True, eq=False)
 class StateMaps:
-    """dx_k = by_inputs_k du + by_initial_k dx_0 + offset_k, for each vehicle by itself: the dynamics couple no two."""
+    """dx_k = by_inputs_k du + by_initial_k dx_0 + offset_k, vehicle by vehicle: no two are coupled."""
 
     by_inputs: Array
     """Shape (vehicle, stage 0..N, N_STATE, N * N_INPUT); du holds the own inputs, stage by stage."""
@@ -21,7 +21,8 @@ class StateMaps:
 
     def free_response(self, initial_deviation: Array) -> Array:
         """Deviation of the states [vehicle, stage 0..N, N_STATE] with the inputs as they are."""
-        return self.offset + np.einsum("vkij,vj->vki", self.by_initial, initial_deviation)
+        response: Array = self.offset + np.einsum("vkij,vj->vki", self.by_initial, initial_deviation)
+        return response
 
 
 def condense(A: Array, B: Array, gaps: Array) -> StateMaps:

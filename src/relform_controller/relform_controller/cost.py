@@ -1,6 +1,7 @@
 """The residuals of eqs. CostFunc1 and CostFunc2 over the horizon and their derivatives by the inputs.
 
-The cost is sum(weights * residual^2). Stage 0 of the formation and of the leader's pose is left out: no input changes it.
+The cost is sum(weights * residual^2). Stage 0 of the formation and of the leader's pose is left out: no input
+changes it.
 """
 
 from dataclasses import dataclass
@@ -95,12 +96,14 @@ class TeamCost:
 
         leader_maps = maps.by_inputs[0, 1:]
         R_NI = rotation_z(geometry.yaw_NI)
-        self._rows(jacobian, "leader_position")[:, 0] = (R_NI @ leader_maps[:, layout.POSITION]).reshape(-1, n_own)
+        position_map = R_NI @ leader_maps[:, layout.POSITION]
+        self._rows(jacobian, "leader_position")[:, 0] = position_map.reshape(-1, n_own)
         self._rows(jacobian, "leader_yaw")[:, 0] = leader_maps[:, layout.YAW]
 
+        n_input = layout.N_INPUT
         acceleration_map = acceleration.by_rpy @ maps.by_inputs[:, :-1, layout.RPY]
         for k in range(self._ocp.n_stages):
-            acceleration_map[:, k, :, k * layout.N_INPUT : (k + 1) * layout.N_INPUT] += acceleration.by_thrusts[:, k]
+            acceleration_map[:, k, :, k * n_input : (k + 1) * n_input] += acceleration.by_thrusts[:, k]
         self._fill_own_rows(jacobian, "acceleration", acceleration_map.reshape(n, -1, n_own))
         return CostLinearization(guess, jacobian, by_observer, by_target, acceleration)
 
@@ -112,7 +115,7 @@ class TeamCost:
         reference: HorizonReference,
         applied_thrusts: Array,
     ) -> Array:
-        """Residuals at ``guess + state_deviation``, to first order in the deviation but exact in the geometry.
+        """Residuals at ``guess + state_deviation``: to first order in it, but exact in the geometry.
 
         Args:
             linearization: around the guess; its geometry may have been another one.
@@ -131,10 +134,12 @@ class TeamCost:
             + np.einsum("pkij,pkj->pki", linearization.pair_by_target, target_deviation)
         )
         leader = guess.states[0] + state_deviation[0]
-        p_NB_N = leader[:, layout.POSITION] @ rotation_z(geometry.yaw_NI).T + geometry.p_NI_N  # eq. Leader_States1
+        R_NI = rotation_z(geometry.yaw_NI)
+        p_NB_N = leader[:, layout.POSITION] @ R_NI.T + geometry.p_NI_N  # eq. Leader_States1
         yaw_NB = leader[:, layout.YAW] + geometry.yaw_NI  # eq. Leader_States3
         acceleration = linearization.acceleration
         rpy_deviation = state_deviation[:, :-1, layout.RPY]
+        tilted = np.einsum("vkij,vkj->vki", acceleration.by_rpy, rpy_deviation)
         own_thrusts = guess.thrusts.reshape(self._ocp.n_vehicles, -1)
         thrust_rate = own_thrusts @ self._rate_map.T
         thrust_rate[:, : layout.N_INPUT] -= applied_thrusts
@@ -142,7 +147,7 @@ class TeamCost:
             "formation": (p_B1B2_C1 - reference.p_B1B2_C1)[:, 1:],
             "leader_position": (p_NB_N - reference.p_NB_N)[1:],
             "leader_yaw": (yaw_NB - reference.yaw_NB)[1:],
-            "acceleration": acceleration.value + np.einsum("vkij,vkj->vki", acceleration.by_rpy, rpy_deviation),
+            "acceleration": acceleration.value + tilted,
             "torque": own_thrusts @ self._torque_map.T,
             "thrust_rate": thrust_rate,
         }

@@ -37,7 +37,7 @@ class FormationSchedule:
         Args:
             formation: position of each follower relative to the leader [m].
         Raises:
-            ConfigError: it does not name every follower once, is not finite, or puts two vehicles at one place.
+            ConfigError: the team cannot fly it; the message says why.
         """
         if problem := self._config.formation_problem(formation):
             raise ConfigError(f"formation {problem}")
@@ -61,7 +61,8 @@ class FormationSchedule:
 
     def reference(self, step: int, n_instants: int) -> Array:
         """What to track at instants ``step`` ..., a new formation blended in; shape (pair, instant, 3)."""
-        since_change = (step - self._changed_at + np.arange(n_instants)) * self._period
+        steps_since_change = np.arange(step, step + n_instants, dtype=np.float64) - self._changed_at
+        since_change = steps_since_change * self._period
         share = smooth_step(since_change, self._ramp)[:, None]
         return self._previous[:, None] + (self._target - self._previous)[:, None] * share
 

@@ -1,4 +1,4 @@
-"""The formation controller: measurements of the team in, rotor speeds for the team out, once per control period."""
+"""The formation controller: measurements of the team in, rotor speeds for the team out."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -69,8 +69,8 @@ class Decision:
 class FormationController:
     """Central controller of the team.
 
-    `feedback` turns the measurements of one step into commands; `prepare_next` does, after the commands are out, what can be
-    done before the next measurements. `step` does both.
+    `feedback` turns the measurements of one step into commands; `prepare_next` does, after the commands are
+    out, what can be done before the next measurements. `step` does both.
 
     Args:
         config: the scenario; of what it says about the vehicles the controller knows the nominal values only.
@@ -123,7 +123,9 @@ class FormationController:
         step, n_instants = measurements.step, self._ocp.n_stages + 1
         self._formation.advance(step)
         leader = self._trajectory.window(step, n_instants)
-        reference = HorizonReference(self._formation.reference(step, n_instants), leader.p_NB_N, leader.yaw_NB)
+        reference = HorizonReference(
+            self._formation.reference(step, n_instants), leader.p_NB_N, leader.yaw_NB
+        )
         feedback = self._raw_feedback.update(measurements, float(leader.yaw_NB[0]), self._prediction)
         guess = self._guess
         if guess is None or self._warm_start == "cold":
@@ -159,7 +161,11 @@ class FormationController:
         self._solver.prepare(self._guess, geometry)
 
     def _decision(
-        self, measurements: TeamMeasurements, feedback: Feedback, leader: LeaderReference, report: SolverReport
+        self,
+        measurements: TeamMeasurements,
+        feedback: Feedback,
+        leader: LeaderReference,
+        report: SolverReport,
     ) -> Decision:
         assert self._plan is not None
         speeds = np.sqrt(self._plan.thrusts / self._thrust_coefficient)
@@ -169,7 +175,9 @@ class FormationController:
             step=measurements.step,
             stamp_ns=measurements.stamp_ns,
             commands={
-                name: RotorCommand(measurements.stamp_ns, self._period_ns, speeds[vehicle, 0], speeds[vehicle, 1:])
+                name: RotorCommand(
+                    measurements.stamp_ns, self._period_ns, speeds[vehicle, 0], speeds[vehicle, 1:]
+                )
                 for vehicle, name in enumerate(self._vehicles)
             },
             solver=report,

@@ -1,7 +1,8 @@
 """Rotations between the frames of the paper, in NumPy.
 
-{n} `N` is the world (ENU); {mb} `B` the body (FLU); {mi} `I` has the position and yaw of the body at the start of the horizon
-and zero roll and pitch; {mc} `C` moves with the body, has its yaw and zero roll and pitch. `R_BA` reads `v_B = R_BA @ v_A`.
+{n} `N` is the world (ENU); {mb} `B` the body (FLU); {mi} `I` has the position and yaw of the body at the
+start of the horizon and zero roll and pitch; {mc} `C` moves with the body, has its yaw and zero roll and
+pitch. `R_BA` reads `v_B = R_BA @ v_A`.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Compiled kernels: the model and the terms of the cost with their derivatives, for all vehicles and stages in one call.
+"""Compiled kernels: model and cost terms with their derivatives, for all vehicles and stages at once.
 
-CasADi writes the C code of one vehicle stage and one pair stage, the machine's C compiler makes a library of it, and the
-library is kept in the user's cache folder under a hash of everything that it depends on.
+CasADi writes the C code of one vehicle stage and one pair stage, the machine's C compiler makes a library of
+it, and the library is kept in the user's cache folder under a hash of everything that it depends on.
 """
 
 import hashlib
@@ -12,6 +12,7 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -34,18 +35,19 @@ class Kernel:
     """
 
     def __init__(self, function: ca.Function, n_items: int) -> None:
+        self._buffer: Any  # its type hints are those of the C++ method
         self._buffer, self._evaluate = function.buffer()
         self._inputs = [_item_array(function.size_in(i), n_items) for i in range(function.n_in())]
         outputs = [_item_array(function.size_out(i), n_items) for i in range(function.n_out())]
         for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))
+            self._buffer.set_arg(i, array.data)
         for i, array in enumerate(outputs):
-            self._buffer.set_res(i, memoryview(array))
+            self._buffer.set_res(i, array.data)
         # CasADi stores matrices by column, so each item comes out transposed.
         self._outputs = tuple(array.swapaxes(1, 2) if array.ndim == 3 else array for array in outputs)
 
     def __call__(self, *inputs: Array) -> tuple[Array, ...]:
-        """Evaluate all items; each input has shape (..., size) with as many items in all as the kernel was mapped over."""
+        """Evaluate all items; each input has shape (..., size), with the items in the leading axes."""
         for buffer, array in zip(self._inputs, inputs, strict=True):
             buffer[...] = array.reshape(buffer.shape)
         self._evaluate()
@@ -70,11 +72,11 @@ class Kernels:
         self.predict = loaded["predict"]
         """(state, thrusts) -> (state one period later,), per vehicle."""
         self.vehicle_stage = loaded["vehicle_stage"]
-        """(state, thrusts) -> next state, A (12, 12), B (12, 4), net acceleration in {mi} (3,), its derivatives by rpy
-        (3, 3) and by thrusts (3, 4); per vehicle and stage 0..N-1."""
+        """(state, thrusts) -> next state, A (12, 12), B (12, 4), net acceleration in {mi} (3,), its
+        derivatives by rpy (3, 3) and by thrusts (3, 4); per vehicle and stage 0..N-1."""
         self.pair_stage = loaded["pair_stage"]
-        """(p_I1B1_I1 and yaw_I1B1, p_I2B2_I2, p_I1I2_I1 and yaw_I1I2) -> p_B1B2_C1 (3,), its derivatives by the first
-        argument (3, 4) and by the second (3, 3); per pair and stage 0..N."""
+        """(p_I1B1_I1 and yaw_I1B1, p_I2B2_I2, p_I1I2_I1 and yaw_I1I2) -> p_B1B2_C1 (3,), its derivatives by
+        the first argument (3, 4) and by the second (3, 3); per pair and stage 0..N."""
 
 
 def _predict(ocp: Ocp) -> ca.Function:
@@ -101,7 +103,9 @@ def _pair_stage() -> ca.Function:
     observer, p_I2B2_I2, frames = ca.SX.sym("observer", 4), ca.SX.sym("target", 3), ca.SX.sym("frames", 4)
     p_B1B2_C1 = relative_position(observer[:3], observer[3], p_I2B2_I2, frames[:3], frames[3])
     outputs = [p_B1B2_C1, ca.jacobian(p_B1B2_C1, observer), ca.jacobian(p_B1B2_C1, p_I2B2_I2)]
-    return ca.Function("pair_stage", [observer, p_I2B2_I2, frames], [ca.densify(output) for output in outputs])
+    return ca.Function(
+        "pair_stage", [observer, p_I2B2_I2, frames], [ca.densify(output) for output in outputs]
+    )
 
 
 def _mapped(function: ca.Function, n_items: int) -> ca.Function:
@@ -140,7 +144,9 @@ def _compile(functions: Sequence[ca.Function]) -> Path:
                 check=False,
             )
             if result.returncode != 0:
-                raise RelformError(f"{compiler} cannot compile the kernels: {' '.join(result.stderr.split())[:500]}")
+                raise RelformError(
+                    f"{compiler} cannot compile the kernels: {' '.join(result.stderr.split())[:500]}"
+                )
             _publish(built, library)
     return library
 
@@ -153,7 +159,9 @@ def _publish(built: Path, library: Path) -> None:
             staged.write(built.read_bytes())
         os.replace(staged.name, library)
     except OSError as error:
-        raise RelformError(f"{library}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to another folder") from None
+        raise RelformError(
+            f"{library}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to another folder"
+        ) from None
 
 
 def _cache_folder() -> Path:

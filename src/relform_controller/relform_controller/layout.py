@@ -13,5 +13,5 @@ N_INPUT = 4
 
 
 def ordered_pairs(n_vehicles: int) -> tuple[tuple[int, int], ...]:
-    """All (i, j) with i != j: observer i in whose {mc_i} the position of target j is controlled (eq. CostFunc1)."""
+    """All (i, j) with i != j: observer i, in whose {mc_i} target j is controlled (eq. CostFunc1)."""
     return tuple((i, j) for i in range(n_vehicles) for j in range(n_vehicles) if i != j)

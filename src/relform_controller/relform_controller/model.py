@@ -1,4 +1,4 @@
-"""Prediction model of one quadrotor in its own frame {mi}, in CasADi (eqs. MPC_Dynamics1 to MPC_Dynamics4)."""
+"""Prediction model of one quadrotor in its own {mi}, in CasADi (eqs. MPC_Dynamics1 to 4)."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,10 @@ class RigidBody:
     def from_config(cls, vehicle: VehicleConfig) -> "RigidBody":
         """The nominal body of a vehicle type."""
         return cls(
-            vehicle.mass, vehicle.inertia, vehicle.arm_length, vehicle.torque_coefficient / vehicle.thrust_coefficient
+            vehicle.mass,
+            vehicle.inertia,
+            vehicle.arm_length,
+            vehicle.torque_coefficient / vehicle.thrust_coefficient,
         )
 
 
@@ -34,17 +37,25 @@ def rotation_IB(rpy_IB: ca.SX) -> ca.SX:
     """R_IB = R_z(yaw) R_y(pitch) R_x(roll), shape (3, 3)."""
     roll, pitch, yaw = ca.vertsplit(rpy_IB)
     R_x = ca.vertcat(
-        ca.horzcat(1, 0, 0), ca.horzcat(0, ca.cos(roll), -ca.sin(roll)), ca.horzcat(0, ca.sin(roll), ca.cos(roll))
+        ca.horzcat(1, 0, 0),
+        ca.horzcat(0, ca.cos(roll), -ca.sin(roll)),
+        ca.horzcat(0, ca.sin(roll), ca.cos(roll)),
     )
     R_y = ca.vertcat(
-        ca.horzcat(ca.cos(pitch), 0, ca.sin(pitch)), ca.horzcat(0, 1, 0), ca.horzcat(-ca.sin(pitch), 0, ca.cos(pitch))
+        ca.horzcat(ca.cos(pitch), 0, ca.sin(pitch)),
+        ca.horzcat(0, 1, 0),
+        ca.horzcat(-ca.sin(pitch), 0, ca.cos(pitch)),
     )
     return rotation_z(yaw) @ R_y @ R_x
 
 
 def rotation_z(yaw: ca.SX) -> ca.SX:
     """R_z(yaw), shape (3, 3)."""
-    return ca.vertcat(ca.horzcat(ca.cos(yaw), -ca.sin(yaw), 0), ca.horzcat(ca.sin(yaw), ca.cos(yaw), 0), ca.horzcat(0, 0, 1))
+    return ca.vertcat(
+        ca.horzcat(ca.cos(yaw), -ca.sin(yaw), 0),
+        ca.horzcat(ca.sin(yaw), ca.cos(yaw), 0),
+        ca.horzcat(0, 0, 1),
+    )
 
 
 def euler_rates_matrix(rpy_IB: ca.SX) -> ca.SX:

@@ -1,8 +1,8 @@
-"""The optimal control problem of the team: what eqs. CostFunc1 and CostFunc2 sum, and the bounds on the inputs.
+"""The optimal control problem of the team: what eqs. CostFunc1 and 2 sum, and the bounds on inputs.
 
-The terms are symbolic here, one vehicle or one pair at a time; `kernels.py` compiles them over the horizon and `rti.py`
-assembles and solves. The numbers of one problem instance are a `Plan` (the unknowns), a `TeamGeometry` (where the {mi}
-frames lie, what the paper calls parameters) and a `HorizonReference`.
+The terms are symbolic here, one vehicle or one pair at a time; `kernels.py` compiles them over the horizon
+and `rti.py` assembles and solves. The numbers of one problem instance are a `Plan` (the unknowns), a
+`TeamGeometry` (where the {mi} frames lie, what the paper calls parameters) and a `HorizonReference`.
 """
 
 from dataclasses import dataclass

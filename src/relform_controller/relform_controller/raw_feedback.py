@@ -1,7 +1,7 @@
 """The paper's feedback: every state of the horizon's start is taken from one sensor, without any filter.
 
-Position and yaw of each vehicle in its own {mi} are zero by definition; the news about them lies in the geometry. What was
-not measured is taken from the prediction of the last plan.
+Position and yaw of each vehicle in its own {mi} are zero by definition; the news about them lies in the
+geometry. What was not measured is taken from the prediction of the last plan.
 """
 
 from dataclasses import dataclass
@@ -57,7 +57,9 @@ class RawFeedback:
         self._yaw_rates = np.zeros(len(vehicles))
         self._yaw_rate_variances = np.zeros(len(vehicles))
 
-    def update(self, measurements: TeamMeasurements, yaw_reference: float, prediction: Prediction | None) -> Feedback:
+    def update(
+        self, measurements: TeamMeasurements, yaw_reference: float, prediction: Prediction | None
+    ) -> Feedback:
         """Start of the horizon for one step.
 
         Args:
@@ -78,7 +80,8 @@ class RawFeedback:
             if (seen := self._sight(vehicles, i, j)) is not None:
                 p_I1I2_I1[pair] = R_CB[i] @ relative_position_B(seen)
             else:
-                p_I1I2_I1[pair] = self._predicted(prediction, f"range and bearing from {self._vehicles[i]} to {self._vehicles[j]}").geometry.p_I1I2_I1[pair]
+                what = f"range and bearing from {self._vehicles[i]} to {self._vehicles[j]}"
+                p_I1I2_I1[pair] = self._predicted(prediction, what).geometry.p_I1I2_I1[pair]
         p_NI_N, yaw_NI = self._leader_pose(vehicles[0], yaw_reference, prediction)
         yaws = tuple(self._yaws[pair] for pair in self._pairs)
         geometry = TeamGeometry(p_I1I2_I1, np.array([estimate.yaw for estimate in yaws]), p_NI_N, yaw_NI)
@@ -99,7 +102,8 @@ class RawFeedback:
             R_IB = rotation_CB(state[layout.ROLL], state[layout.PITCH])  # the yaw is zero in {mi}
             state[layout.VELOCITY] = R_IB @ vehicle.optic_flow.v_NB_B
         else:
-            state[layout.VELOCITY] = self._predicted(prediction, f"optic flow of {name}").states[index][layout.VELOCITY]
+            predicted = self._predicted(prediction, f"optic flow of {name}").states[index]
+            state[layout.VELOCITY] = predicted[layout.VELOCITY]
         return state
 
     def _leader_pose(
@@ -123,8 +127,8 @@ class RawFeedback:
             if estimate is None or estimate.variance > self._yaw_variance_max:
                 if (i, j) not in self._yaws:
                     raise FlightError(
-                        f"the relative yaw of {self._names(i, j)} cannot be observed at the start: they must see each "
-                        "other, and not from straight above"
+                        f"the relative yaw of {self._names(i, j)} cannot be observed at the start: "
+                        "they must see each other, and not from straight above"
                     )
                 rate_variance = float(self._yaw_rate_variances[i] + self._yaw_rate_variances[j])
                 rates = float(self._yaw_rates[i]), float(self._yaw_rates[j])

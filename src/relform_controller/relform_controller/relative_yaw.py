@@ -1,8 +1,9 @@
 """Relative yaw of two vehicles from their mutual ranges and bearings (eqs. YawEst1 to YawEst5).
 
-Vehicle 1 sees vehicle 2 and is seen by it. Levelled with roll and pitch, the two displacements are opposite up to the
-difference of the yaws. The paper solves for psi_1 - psi_2; the rotation of eq. RelPos1 needs its negative, which is what
-everything here returns: ``yaw_I1I2 = psi_2 - psi_1``, so that ``R_I1I2 = R_z(yaw_I1I2)``.
+Vehicle 1 sees vehicle 2 and is seen by it. Levelled with roll and pitch, the two displacements are opposite
+up to the difference of the yaws. The paper solves for psi_1 - psi_2; the rotation of eq. RelPos1 needs its
+negative, which is what everything here returns: ``yaw_I1I2 = psi_2 - psi_1``, so that ``R_I1I2 =
+R_z(yaw_I1I2)``.
 """
 
 import math
@@ -46,10 +47,13 @@ def relative_position_covariance_B(seen: RangeBearing) -> Array:
     by_azimuth = [-r * cos_el * sin_az, r * cos_el * cos_az, 0.0]
     by_elevation = [-r * sin_el * cos_az, -r * sin_el * sin_az, r * cos_el]
     jacobian = np.array([by_range, by_azimuth, by_elevation]).T
-    return jacobian @ seen.covariance @ jacobian.T
+    covariance: Array = jacobian @ seen.covariance @ jacobian.T
+    return covariance
 
 
-def yaw_from_mutual_sight(seen_by_1: RangeBearing, R_C1B1: Array, seen_by_2: RangeBearing, R_C2B2: Array) -> YawEstimate:
+def yaw_from_mutual_sight(
+    seen_by_1: RangeBearing, R_C1B1: Array, seen_by_2: RangeBearing, R_C2B2: Array
+) -> YawEstimate:
     """yaw_I1I2 from what two vehicles see of each other.
 
     Args:
@@ -66,7 +70,7 @@ def yaw_from_mutual_sight(seen_by_1: RangeBearing, R_C1B1: Array, seen_by_2: Ran
 
 
 def _heading_variance(p_C: Array, R_CB: Array, seen: RangeBearing) -> float:
-    """Variance of the direction of ``p_C`` in the horizontal plane; singular where p_C is vertical [rad^2]."""
+    """Variance of the horizontal direction of ``p_C`` [rad^2]; infinite where p_C is vertical."""
     baseline2 = float(p_C[0] ** 2 + p_C[1] ** 2)
     if baseline2 < 1e-12:
         return math.inf
@@ -74,7 +78,9 @@ def _heading_variance(p_C: Array, R_CB: Array, seen: RangeBearing) -> float:
     return float(heading_by_position @ relative_position_covariance_B(seen) @ heading_by_position)
 
 
-def propagate(estimate: YawEstimate, rate_1: float, rate_2: float, rate_variance: float, period: float) -> YawEstimate:
+def propagate(
+    estimate: YawEstimate, rate_1: float, rate_2: float, rate_variance: float, period: float
+) -> YawEstimate:
     """Hold a relative yaw over one period with the yaw rates of both vehicles.
 
     Args:

@@ -1,8 +1,8 @@
-"""One SQP step of the team's problem, split as a real-time iteration: prepare before the measurement, feedback after it.
+"""One SQP step as a real-time iteration: prepare before the measurement, feedback after it.
 
-`prepare` linearises around a guess, condenses and factorises. `feedback` embeds the measured states as deviations from the
-guess, re-evaluates the residuals in the measured geometry, solves the quadratic program with bounds on the inputs, and
-expands. The Gauss-Newton derivatives stay those of the preparation.
+`prepare` linearises around a guess, condenses and factorises. `feedback` embeds the measured states as
+deviations from the guess, re-evaluates the residuals in the measured geometry, solves the quadratic program
+with bounds on the inputs, and expands. The Gauss-Newton derivatives stay those of the preparation.
 """
 
 from dataclasses import dataclass
@@ -22,8 +22,8 @@ class SqpStep:
 
     plan: Plan
     kkt: float
-    """|gradient . step| + sum |multiplier * active bound| of the QP: the KKT value of ACADO, to which the paper's
-    tolerances refer."""
+    """|gradient . step| + sum |multiplier * active bound| of the QP: the KKT value of ACADO, to which the
+    paper's tolerances refer."""
     objective: float
     """Value of eqs. CostFunc1 and CostFunc2 at the new plan, in the Gauss-Newton model of the step."""
     qp_iterations: int
@@ -48,10 +48,10 @@ class RealTimeIteration:
         self._prepared: _PreparedQp | None = None
 
     def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
-        """Linearise, condense and factorise around a guess, with the {mi} frames where they are predicted to be.
+        """Linearise, condense and factorise around a guess, in the {mi} frames as predicted.
 
         Raises:
-            QpFailure: the QP cannot be set up, for instance because the guess is not finite.
+            QpError: the QP cannot be set up, for instance because the guess is not finite.
         """
         self._prepared = None
         stages = (self._ocp.n_vehicles, self._ocp.n_stages)
@@ -60,7 +60,9 @@ class RealTimeIteration:
             for output in self._kernels.vehicle_stage(guess.states[:, :-1], guess.thrusts)
         )
         maps = condense(A, B, following - guess.states[:, 1:])
-        cost = self._cost.linearize(guess, geometry, maps, NetAcceleration(*(part.copy() for part in acceleration)))
+        cost = self._cost.linearize(
+            guess, geometry, maps, NetAcceleration(*(part.copy() for part in acceleration))
+        )
         weighted = np.sqrt(2.0 * self._cost.weights)[:, None] * cost.jacobian
         hessian = weighted.T @ weighted
         thrusts = guess.thrusts.reshape(-1)
@@ -68,7 +70,11 @@ class RealTimeIteration:
         self._prepared = _PreparedQp(guess, maps, cost, qp)
 
     def feedback(
-        self, initial_states: Array, geometry: TeamGeometry, reference: HorizonReference, applied_thrusts: Array
+        self,
+        initial_states: Array,
+        geometry: TeamGeometry,
+        reference: HorizonReference,
+        applied_thrusts: Array,
     ) -> SqpStep:
         """Solve the prepared problem for what was measured.
 
@@ -78,7 +84,7 @@ class RealTimeIteration:
             reference: what to track.
             applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
         Raises:
-            QpFailure: the QP was not solved.
+            QpError: the QP was not solved.
             RuntimeError: nothing was prepared.
         """
         prepared = self._prepared

@@ -1,7 +1,7 @@
 """The leader's reference: the phases of a scenario as a smooth path with position, velocity and yaw.
 
-Horizontal speed, climb and turn rate blend from one phase into the next. The heading is the integral of the turn rate, the
-position that of the velocity, and the yaw follows the heading.
+Horizontal speed, climb and turn rate blend from one phase into the next. The heading is the integral of the
+turn rate, the position that of the velocity, and the yaw follows the heading.
 """
 
 import math
@@ -39,7 +39,7 @@ class LeaderTrajectory:
     def __init__(self, config: ScenarioConfig, n_extra: int) -> None:
         n_instants = config.n_steps + 1 + n_extra
         step = config.controller.period / _SUBSTEPS
-        time = np.arange((n_instants - 1) * _SUBSTEPS + 1) * step
+        time = np.linspace(0.0, (n_instants - 1) * config.controller.period, (n_instants - 1) * _SUBSTEPS + 1)
         speed, climb, turn_rate = _profiles(config, time)
         yaw_NB = config.start.yaw + _integral(turn_rate, step)
         v_NB_N = np.stack([speed * np.cos(yaw_NB), speed * np.sin(yaw_NB), climb], axis=-1)

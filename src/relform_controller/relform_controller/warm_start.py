@@ -1,7 +1,7 @@
 """Warm start of the next control step: shift the plan in time, and transform it into the next {mi} frames.
 
-The {mi} of a vehicle moves to where its body is predicted to be one period later; position and yaw of the shifted guess then
-start at zero, as those of the next measurement do (Algorithm MRTI).
+The {mi} of a vehicle moves to where its body is predicted to be one period later; position and yaw of the
+shifted guess then start at zero, as those of the next measurement do (Algorithm MRTI).
 """
 
 import numpy as np
@@ -33,14 +33,19 @@ def shift(plan: Plan, kernels: Kernels) -> Plan:
     return Plan(states, thrusts)
 
 
-def transform(plan: Plan, geometry: TeamGeometry, pairs: tuple[tuple[int, int], ...]) -> tuple[Plan, TeamGeometry]:
-    """Express a plan, and the geometry it was made for, in the {mi} frames anchored at its own first states."""
+def transform(
+    plan: Plan, geometry: TeamGeometry, pairs: tuple[tuple[int, int], ...]
+) -> tuple[Plan, TeamGeometry]:
+    """Express a plan, and the geometry it was made for, in the {mi} frames anchored at its own first
+    states."""
     states = plan.states.copy()
     origin = plan.states[:, 0, layout.POSITION]  # p_IJ_I, of the next {mi} `J` in the present `I`
     yaw = plan.states[:, 0, layout.YAW]
     R_JI = [rotation_z(-angle) for angle in yaw]
     for vehicle, R in enumerate(R_JI):
-        states[vehicle, :, layout.POSITION] = (plan.states[vehicle, :, layout.POSITION] - origin[vehicle]) @ R.T
+        states[vehicle, :, layout.POSITION] = (
+            plan.states[vehicle, :, layout.POSITION] - origin[vehicle]
+        ) @ R.T
         states[vehicle, :, layout.VELOCITY] = plan.states[vehicle, :, layout.VELOCITY] @ R.T
         states[vehicle, :, layout.YAW] -= yaw[vehicle]
     p_J1J2_J1 = np.array(

@@ -25,12 +25,14 @@ class WeightsConfig(Schema):
 
 
 WarmStart = Literal["transform", "shift", "hold", "cold"]
-"""The guess of the next control step: the plan shifted in time and transformed into the next {mi} frames, as in the paper;
-only shifted; held as it is; or none, a hover from the measured states. The last three are there to show what they cost."""
+"""The guess of the next control step: the plan shifted in time and transformed into the next {mi} frames, as
+in the paper; only shifted; held as it is; or none, a hover from the measured states. The last three are there
+to show what they cost."""
 
 FormationPairs = Literal["all", "with_leader", "one_way"]
-"""Ordered pairs in the formation cost: all, as in the paper; those without the branches between followers; or each pair
-once, from the vehicle that comes first in team order. The last two are there to show what they cost."""
+"""Ordered pairs in the formation cost: all, as in the paper; those without the branches between followers; or
+each pair once, from the vehicle that comes first in team order. The last two are there to show what they
+cost."""
 
 
 class SolverConfig(Schema):
@@ -53,6 +55,7 @@ class ControllerConfig(Schema):
     weights: WeightsConfig
     solver: SolverConfig
     relative_yaw_std_max: Annotated[float, Field(alias="relative_yaw_std_max_deg", gt=0.0, le=90.0), DEGREES]
-    """Beyond this standard deviation eq. YawEst5 counts as singular and the yaw is propagated with the gyros."""
+    """Beyond this standard deviation eq. YawEst5 counts as singular and the yaw is propagated with the
+    gyros."""
     formation_ramp: Annotated[NonNegative, Field(alias="formation_ramp_s")]
     """Time over which a new formation reference is blended in [s]; 0: a step, as in the paper."""

@@ -1,4 +1,4 @@
-"""The errors that relform raises on purpose. Each message is one line: the object, the value, the bound, the way out."""
+"""Errors that relform raises on purpose: one line with the object, the value, the bound, the way out."""
 
 
 class RelformError(Exception):

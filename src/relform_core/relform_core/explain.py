@@ -1,4 +1,4 @@
-"""What is wrong with a configuration, one line per problem: where the key was written, what it must be, what it is."""
+"""What is wrong with a configuration, one line per problem: which key, what it must be, what it is."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -50,7 +50,7 @@ def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins) -
 
 
 def _is_consequence(details: ErrorDetails) -> bool:
-    """Whether a list was called too short only because its items are bad, which is told of each item already."""
+    """Whether a list was called too short only because its items are bad, which is told already."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
@@ -67,7 +67,9 @@ def _line(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins) -> s
         case "value_error":
             return f"{where}: {details['ctx']['error']}"
         case "union_tag_invalid":
-            return f"{where}: must be one of {details['ctx']['expected_tags']} (got '{details['ctx']['tag']}')"
+            return (
+                f"{where}: must be one of {details['ctx']['expected_tags']} (got '{details['ctx']['tag']}')"
+            )
         case "union_tag_not_found":
             return f"{where}: missing key"
         case "too_short":
@@ -82,7 +84,7 @@ def _line(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins) -> s
 
 
 def _written_path(location: tuple[int | str, ...], tree: Mapping[str, Any]) -> KeyPath:
-    """The path of a key without what the validation adds: the tag of a union, which is its ``kind``, and '[key]'."""
+    """The path of a key without what the validation adds: the tag of a union, and '[key]'."""
     path: list[str] = []
     node: Any = tree
     for part in location:

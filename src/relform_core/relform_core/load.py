@@ -1,7 +1,8 @@
-"""Load a scenario from YAML: resolve the files it names, apply overrides, validate, and say precisely what is wrong.
+"""Load a scenario from YAML: resolve the files it names, apply overrides, validate.
 
-A scenario names its vehicle, sensors and controller by the path of another file, relative to its own. The *effective
-configuration* is the same scenario with these files, the overrides and the seed written in; it is a scenario file too.
+A scenario names its vehicle, sensors and controller by the path of another file, relative to its own. The
+*effective configuration* is the same scenario with these files, the overrides and the seed written in; it is
+a scenario file too.
 """
 
 import os
@@ -45,7 +46,9 @@ def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = 
     tree = _read_yaml(path)
     origins = Origins(str(path))
     # Whole sections first: another file of a section is read before one of its keys is changed.
-    for override in sorted(overrides, key=lambda text: text.partition("=")[0].strip() not in SECTIONS_IN_FILES):
+    for override in sorted(
+        overrides, key=lambda text: text.partition("=")[0].strip() not in SECTIONS_IN_FILES
+    ):
         _apply_override(tree, override, path.parent, origins)
     for section in SECTIONS_IN_FILES:
         _resolve_section(tree, section, path.parent, origins)
@@ -55,7 +58,7 @@ def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = 
     effective_yaml = _to_yaml(tree)
     checked_seed = _checked_seed(tree.pop("seed"), origins)
     try:
-        # JSON mode, because strict validation of Python objects would refuse a list where a tuple is declared.
+        # JSON mode: strict validation of Python objects would refuse a list where a tuple is declared.
         config = ScenarioConfig.model_validate_json(to_json(tree, inf_nan_mode="constants"))
     except PydanticSerializationError:
         raise ConfigError(f"{path}: holds a value that is neither text, number, list nor mapping") from None
@@ -93,7 +96,7 @@ def _resolve_section(tree: dict[str, Any], section: str, folder: Path, origins: 
 
 def _to_yaml(tree: Mapping[str, Any]) -> str:
     stream = StringIO()
-    yaml = YAML(typ="safe", pure=True)
+    yaml: Any = YAML(typ="safe", pure=True)  # its attributes are typed as their defaults
     yaml.width = 120
     yaml.default_flow_style = None  # short lists stay on one line
     yaml.sort_base_mapping_type_on_output = False

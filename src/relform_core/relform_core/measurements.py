@@ -1,7 +1,7 @@
 """What crosses the wire from the vehicles, holding exactly what the messages hold.
 
-Times are integer nanoseconds of simulation time, quaternions are (x, y, z, w), everything else is SI and radians. {n} is the
-ENU world, {b} the FLU body; a follower's q_NB has a meaningless yaw (see ``Imu``).
+Times are integer nanoseconds of simulation time, quaternions are (x, y, z, w), everything else is SI and
+radians. {n} is the ENU world, {b} the FLU body; a follower's q_NB has a meaningless yaw (see ``Imu``).
 """
 
 from collections.abc import Mapping
@@ -17,8 +17,8 @@ Array = npt.NDArray[np.float64]
 class Imu:
     """sensor_msgs/Imu (REP-145). Roll and pitch of ``q_NB`` are absolute.
 
-    The leader's yaw is as good as its localization; a follower has no magnetometer: its yaw is off by an unknown constant
-    and drifts.
+    The leader's yaw is as good as its localization; a follower has no magnetometer: its yaw is off by an
+    unknown constant and drifts.
     """
 
     stamp_ns: int
@@ -49,7 +49,7 @@ class OpticFlow:
 
 @dataclass(frozen=True)
 class Sonar:
-    """sensor_msgs/Range (REP-117: +inf beyond range_max, -inf below range_min). Values have float32 precision."""
+    """sensor_msgs/Range (REP-117: +inf beyond range_max, -inf below range_min), in float32 precision."""
 
     stamp_ns: int
     range: float
@@ -62,7 +62,7 @@ class Sonar:
 
 @dataclass(frozen=True, eq=False)
 class RangeBearing:
-    """relform_msgs/RangeBearing: one target in the observer's body frame (eqs. CameraRange1, CameraRange2)."""
+    """relform_msgs/RangeBearing: one target in the observer's body frame (eqs. CameraRange1, 2)."""
 
     target: str
     range: float
@@ -122,7 +122,7 @@ class TeamMeasurements:
 
 @dataclass(frozen=True, eq=False)
 class RotorCommand:
-    """relform_msgs/RotorSpeeds: rotor speeds of one vehicle, and the plan to fall back on. Rotors front, left, back, right."""
+    """relform_msgs/RotorSpeeds: a command and the plan to fall back on; rotors front, left, back, right."""
 
     stamp_ns: int
     """Start of the interval in which ``speeds`` apply."""

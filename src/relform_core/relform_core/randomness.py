@@ -1,4 +1,4 @@
-"""One seed for everything: generators spawned with fixed keys, so that no draw depends on another's number."""
+"""One seed for everything: generators spawned with fixed keys, none depending on another's draws."""
 
 from enum import IntEnum
 

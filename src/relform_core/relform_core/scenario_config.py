@@ -1,4 +1,4 @@
-"""Schema of ``config/scenarios/*.yaml``: a team, its formations, the phases of a flight and what disturbs it."""
+"""Schema of ``config/scenarios/*.yaml``: team, formations, phases of a flight, and what disturbs it."""
 
 import itertools
 import math
@@ -62,7 +62,7 @@ class Straight(Schema):
 
 
 class Turn(Schema):
-    """Turn the heading by ``angle`` (positive: to the left) within ``turn`` seconds at constant speed, then straight on."""
+    """Turn by ``angle`` (positive: to the left) within ``turn`` at constant speed, then straight on."""
 
     kind: Literal["turn"]
     angle: Annotated[float, Field(alias="angle_deg", ge=-360.0, le=360.0), DEGREES]
@@ -70,7 +70,7 @@ class Turn(Schema):
 
 
 class Spiral(Schema):
-    """Circle at ``radius`` (positive: to the left) while climbing; ``speed`` is the length of the velocity."""
+    """Circle at ``radius`` (positive: to the left) while climbing; ``speed`` includes the climb."""
 
     kind: Literal["spiral"]
     radius: Annotated[float, Field(alias="radius_m")]
@@ -91,7 +91,7 @@ Motion = Annotated[Hover | Straight | Turn | Spiral, Field(discriminator="kind")
 
 
 class PhaseConfig(Schema):
-    """A stretch of the flight with one motion of the leader and one formation; the yaw follows the heading."""
+    """A stretch of the flight: one motion of the leader, whose yaw follows the heading, one formation."""
 
     name: Label
     title: Label
@@ -109,7 +109,7 @@ class PhaseConfig(Schema):
 
 
 class StartConfig(Schema):
-    """Pose of the leader at the start, airborne and at rest; the followers start at their place in the first formation."""
+    """Where the leader starts, airborne and at rest; followers start at their place beside it."""
 
     position: Annotated[Vector3, Field(alias="position_m")]
     yaw: Annotated[float, Field(alias="yaw_deg", ge=-180.0, le=180.0), DEGREES]
@@ -221,9 +221,10 @@ class ScenarioConfig(Schema):
         return seconds_to_ns(self.controller.period)
 
     def formation_problem(self, formation: Mapping[str, Vector3]) -> str | None:
-        """Why the team cannot fly a formation, as the rest of a sentence that starts with its name; None if it can."""
+        """Why the team cannot fly a formation, as the end of a sentence on it; None if it can."""
         if unknown := sorted(set(formation) - set(self.team.followers)):
-            return f"names '{unknown[0]}', which is no follower; followers are {', '.join(self.team.followers)}"
+            known = ", ".join(self.team.followers)
+            return f"names '{unknown[0]}', which is no follower; followers are {known}"
         if absent := [follower for follower in self.team.followers if follower not in formation]:
             return f"has no position for '{absent[0]}'"
         for follower, position in formation.items():
@@ -251,7 +252,9 @@ class ScenarioConfig(Schema):
         first = self.formations.get(self.phases[0].formation, {})
         lowest = self.start.position[2] + min([0.0, *(position[2] for position in first.values())])
         if lowest <= 0.0:
-            raise ValueError(f"start.position_m puts a vehicle at {lowest:.3f} m above ground; flights start airborne")
+            raise ValueError(
+                f"start.position_m puts a vehicle at {lowest:.3f} m above ground; flights start airborne"
+            )
         return self
 
     @model_validator(mode="after")
@@ -290,6 +293,8 @@ class ScenarioConfig(Schema):
                     f"event '{event.kind}' targets the unknown vehicle '{event.target}', "
                     f"known are {', '.join(self.team.vehicles)}"
                 )
-            if isinstance(event, Dropout) and event.sensor == "localization" and event.target != self.team.leader:
-                raise ValueError(f"event 'dropout': '{event.target}' has no localization, only the leader has")
+            of_localization = isinstance(event, Dropout) and event.sensor == "localization"
+            if of_localization and event.target != self.team.leader:
+                problem = f"'{event.target}' has no localization, only the leader has"
+                raise ValueError(f"event 'dropout': {problem}")
         return self

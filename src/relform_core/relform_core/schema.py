@@ -19,6 +19,6 @@ NonNegativeVector3 = tuple[NonNegative, NonNegative, NonNegative]
 
 
 class Schema(BaseModel):
-    """A section of a configuration file: immutable, no unknown keys, no missing keys, no silent conversions."""
+    """A section of a configuration file: immutable; no unknown or missing keys, no conversions."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)

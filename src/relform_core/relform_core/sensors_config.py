@@ -58,9 +58,8 @@ class Sector(Schema):
             lowest, highest = math.degrees(self.elevation_min), math.degrees(self.elevation_max)
             raise ValueError(f"elevation_min_deg {lowest:g} must be less than elevation_max_deg {highest:g}")
         if math.isclose(self.azimuth_min, self.azimuth_max):
-            raise ValueError(
-                f"azimuth_min_deg and azimuth_max_deg must differ, both are {math.degrees(self.azimuth_min):g}"
-            )
+            azimuth = math.degrees(self.azimuth_min)
+            raise ValueError(f"azimuth_min_deg and azimuth_max_deg must differ, both are {azimuth:g}")
         return self
 
 

@@ -48,7 +48,9 @@ class VehicleConfig(Schema):
     @model_validator(mode="after")
     def _can_hover(self) -> Self:
         if not self.rotor_speed_min < self.hover_speed < self.rotor_speed_max:
-            hover, lowest, highest = map(rad_s_to_rpm, (self.hover_speed, self.rotor_speed_min, self.rotor_speed_max))
+            hover, lowest, highest = map(
+                rad_s_to_rpm, (self.hover_speed, self.rotor_speed_min, self.rotor_speed_max)
+            )
             raise ValueError(
                 f"cannot hover: the rotors carry the weight at {hover:.0f} rpm, which is not within "
                 f"rotor_speed_min_rpm {lowest:.0f} ... rotor_speed_max_rpm {highest:.0f}"

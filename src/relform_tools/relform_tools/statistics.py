@@ -23,8 +23,8 @@ def flatten(summary: Json) -> dict[str, Any]:
 def aggregate(rows: Sequence[Mapping[str, Any]]) -> Json:
     """Statistics of the runs of one variant.
 
-    Errors are averaged over the completed runs, because a flight that ended early has none in its later phases; how
-    many these are, how many crashed or failed, and why, stands beside them.
+    Errors are averaged over the completed runs, because a flight that ended early has none in its later
+    phases; how many these are, how many crashed or failed, and why, stands beside them.
     """
     completed = [row for row in rows if row["outcome"] == Outcome.COMPLETED]
     outcomes = Counter(row["outcome"] for row in rows)
@@ -50,7 +50,7 @@ def aggregate(rows: Sequence[Mapping[str, Any]]) -> Json:
 
 
 def describe(values: Sequence[float]) -> Json:
-    """Number of values, mean, 95th percentile, maximum, and the 95 % confidence interval of the mean (Student's t)."""
+    """Distribution of values, with the 95 % confidence interval of their mean (Student's t)."""
     n = len(values)
     if n == 0:
         return {"n": 0, "mean": None, "std": None, "p95": None, "max": None, "ci95": None}

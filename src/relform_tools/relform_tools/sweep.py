@@ -1,7 +1,7 @@
 """Many flights over seeds and variants of a scenario: planned, flown in parallel, and resumable at any time.
 
-Each finished run is a file of its own, written at once, under a fingerprint of everything that it depends on: what is there
-is not flown again, and what no longer fits is.
+Each finished run is a file of its own, written at once, under a fingerprint of everything that it depends on:
+what is there is not flown again, and what no longer fits is.
 """
 
 import csv
@@ -199,10 +199,10 @@ def fly(run: Run) -> Json:
 
 
 def fly_all(runs: Sequence[Run], folder: SweepFolder, executor: Executor) -> Iterator[Json]:
-    """Fly what is not there yet and store each result as it comes; the rows, in the order in which they finish.
+    """Fly what is not there yet, store each result as it comes, and yield the rows as they finish.
 
-    An executor of `concurrent.futures` or of `dask.distributed` does. If the iteration is given up, runs that have not
-    started are cancelled and those that have finished are kept.
+    An executor of `concurrent.futures` or of `dask.distributed` does. If the iteration is given up, runs that
+    have not started are cancelled and those that have finished are kept.
     """
     pending: dict[Future[Json], Run] = {}
     for run in runs:
