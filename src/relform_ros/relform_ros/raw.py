@@ -1,12 +1,25 @@
 """Subscriptions that take messages as they come over the wire, without decoding them."""
 
 import inspect
+import struct
 from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
+
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+_STAMP = struct.Struct("<iI")
+_STAMP_OFFSET = 4
+"""Behind the bytes that name the encoding, which is little endian."""
+
+
+def raw_stamp_ns(data: bytes) -> int:
+    """Stamp of a serialized message that begins with a header or a time, as all of a flight do [ns]."""
+    seconds, nanoseconds = _STAMP.unpack_from(data, _STAMP_OFFSET)
+    return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
 
 
 def subscribe_raw(

@@ -41,9 +41,11 @@ class Spinner:
     ``spin_once`` in a loop is as fast.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, watch: Callable[[], None] | None = None) -> None:
+        """Spin for a node; ``watch`` is called at every turn, and ends the waiting with what it raises."""
         self._executor = EventsExecutor()
         self._executor.add_node(node)
+        self._watch = watch
         self._interrupted = False
 
     def interrupt(self, signum: int = 0, frame: FrameType | None = None) -> None:
@@ -58,6 +60,8 @@ class Spinner:
         """
         if self._interrupted:
             raise StopRequestedError
+        if self._watch is not None:
+            self._watch()
         self._executor.spin_once(timeout_sec=timeout_s)
 
     def drain(self, duration_s: float) -> None:

@@ -4,17 +4,16 @@ A recorder that the flight does not know (parameter ``observers``) records what 
 """
 
 import json
-import struct
 from collections.abc import Callable
 from contextlib import suppress
 
 import rclpy
 from rclpy.node import Node
 
-from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.lockstep import StepTally
 from relform_ros.member import FAREWELL_S, LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
+from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import RejectionError
 from relform_ros.run_node import Runnable, Spinner, run_node
 from relform_ros.topics import Topic
@@ -22,10 +21,6 @@ from relform_tools.bag_writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
 from relform_tools.discovering_recorder_node import DiscoveringRecorder
 from relform_tools.recording_node import Recording, read_output, read_topics
 from relform_tools.versions import software_versions
-
-STAMP = struct.Struct("<iI")
-STAMP_OFFSET = 4
-"""Each message of a flight begins with its stamp, behind four bytes for the encoding (little endian)."""
 
 
 class FlightRecorder:
@@ -83,8 +78,7 @@ def _taker(topic: Topic, recording: Recording, tally: StepTally) -> Callable[[by
     name, type_name = topic.name, _type_name(topic)
 
     def take(data: bytes, publish_time_ns: int) -> None:
-        seconds, nanoseconds = STAMP.unpack_from(data, STAMP_OFFSET)
-        stamp_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
+        stamp_ns = raw_stamp_ns(data)
         recording.add_topic(name, type_name)
         recording.write(name, data, stamp_ns, publish_time_ns)
         with suppress(RejectionError):  # a step that is over does not miss it, but the bag has it

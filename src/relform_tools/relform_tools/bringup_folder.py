@@ -1,0 +1,61 @@
+"""The folder of a run: what it is called, and `latest` that points to the newest."""
+
+import os
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+
+from relform_core.errors import FlightError
+from relform_core.load import LoadedScenario
+
+RUNS = Path("runs")
+CONFIG_FILE = "config.yaml"
+
+
+class RunFolder:
+    """What one run leaves behind."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.config = path / CONFIG_FILE
+        self.bag = path / "bag"
+        self.log = path / "log"
+        self.summary = path / "summary.json"
+        self.figure = path / "flight.png"
+
+    def present(self) -> list[str]:
+        """Names of what is in it; folders end in a slash."""
+        return sorted(f"{entry.name}/" if entry.is_dir() else entry.name for entry in self.path.iterdir())
+
+
+def create_run_folder(scenario: LoadedScenario, out: Path | None, now: datetime) -> RunFolder:
+    """Make the folder of a run and put the effective configuration into it.
+
+    Args:
+        out: the folder, must not exist; None: a new one in ``runs/``, where ``latest`` then points to it.
+        now: for its name.
+    Raises:
+        FlightError: it exists already, or cannot be written.
+    """
+    name = f"{now:%Y%m%d-%H%M%S}-{scenario.config.name}-s{scenario.seed}"
+    folder = RunFolder((out or RUNS / name).absolute())
+    try:
+        folder.path.parent.mkdir(parents=True, exist_ok=True)
+        folder.path.mkdir()
+        folder.log.mkdir()
+        folder.config.write_text(scenario.effective_yaml, encoding="utf-8")
+        if out is None:
+            _point_latest_to(folder.path)
+    except FileExistsError as error:
+        raise FlightError(f"{error.filename} exists already, not overwriting.") from None
+    except OSError as error:
+        raise FlightError(f"{error.filename}: cannot be written: {error.strerror}") from None
+    return folder
+
+
+def _point_latest_to(run: Path) -> None:
+    draft = run.parent / f".latest-{os.getpid()}"
+    with suppress(FileNotFoundError):
+        draft.unlink()  # of a process with this id that was killed
+    draft.symlink_to(run.name)
+    os.replace(draft, run.parent / "latest")
