@@ -6,6 +6,8 @@ FORMATION_STEADY_MEAN_M = 0.068
 """The paper: in steady state and on average the formation error norms are smaller than this."""
 FORMATION_STEADY_MAX_M = 0.015
 """The paper: around this at most, which contradicts the mean."""
+ROUNDING = 1e-9
+"""A limit that went from rpm to rad/s and back is still kept by who flew at it."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,8 @@ class Compared:
     """From the number of summary.json to the unit."""
     claim: float | None = None
     """The paper's number, in the unit."""
+    bound: bool = False
+    """Whether the paper claims that it is not exceeded."""
 
     def text(self, value: float | None) -> str:
         """A value of summary.json for people; ``-`` if there is none."""
@@ -29,10 +33,22 @@ class Compared:
             return "-"
         return f"{self.factor * value:.{self.digits}f} {self.unit}".rstrip()
 
+    def holds(self, value: float | None) -> bool | None:
+        """Whether a value of summary.json keeps the paper's bound; None: there is no bound, or no value."""
+        if not self.bound or self.claim is None or value is None:
+            return None
+        return self.factor * value <= self.claim * (1.0 + ROUNDING)
+
 
 COMPARED = (
     Compared(
-        "steady_mean_m", "formation error, steady, mean", "< 0.068 m", "m", 3, claim=FORMATION_STEADY_MEAN_M
+        "steady_mean_m",
+        "formation error, steady, mean",
+        "< 0.068 m",
+        "m",
+        3,
+        claim=FORMATION_STEADY_MEAN_M,
+        bound=True,
     ),
     Compared("steady_p95_m", "formation error, steady, 95 %", "", "m", 3),
     Compared(
@@ -47,11 +63,13 @@ COMPARED = (
     Compared("leader_steady_mean_m", "leader position error, steady, mean", "slight", "m", 3),
     Compared("leader_yaw_steady_mean_deg", "leader yaw error, steady, mean", "", "deg", 1),
     Compared("separation_min_m", "smallest separation", "", "m", 2),
-    Compared("rotor_max_rpm", "rotor speed, maximum", "<= 6000 rpm", "rpm", claim=6000.0),
+    Compared("rotor_max_rpm", "rotor speed, maximum", "<= 6000 rpm", "rpm", claim=6000.0, bound=True),
     Compared("rotor_std_rpm", "rotor speed, standard deviation", "around 600 rpm", "rpm", claim=600.0),
     Compared("saturated_fraction", "steps with a rotor at its limit", "", "%", 1, factor=100.0),
     Compared("sqp_steps_median", "SQP steps per control step, median", "2", claim=2.0),
-    Compared("step_ms_median", "solver time per control step, median", "< 50 ms", "ms", 1, claim=50.0),
+    Compared(
+        "step_ms_median", "solver time per control step, median", "< 50 ms", "ms", 1, claim=50.0, bound=True
+    ),
     Compared("realtime_factor", "real-time factor", "", "", 1),
 )
 """In the order in which they are shown."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from relform_tools.summary import Json, Outcome
 
@@ -57,7 +57,7 @@ def describe(values: Sequence[float]) -> Json:
     mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1)) if n > 1 else 0.0
     interval = None
     if n > 1:
-        half = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, n - 1)) * deviation / math.sqrt(n)
+        half = float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2.0)) * deviation / math.sqrt(n)
         interval = [mean - half, mean + half]
     return {
         "n": n,

@@ -1,16 +1,12 @@
 """summary.json for people: the errors per phase, and the whole flight beside what the paper says."""
 
-from collections.abc import Sequence
-
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from relform_tools.error_rows import STATISTICS, error_columns, error_rows
 from relform_tools.paper_claims import COMPARED, FOOTNOTE
 from relform_tools.summary import Json
-
-STATISTICS = ("mean", "p95", "max")
-NONE = "-"
 
 
 def print_table(summary: Json, console: Console | None = None) -> None:
@@ -21,35 +17,21 @@ def print_table(summary: Json, console: Console | None = None) -> None:
 
 
 def _phase_table(summary: Json) -> Table:
-    phases = summary["phases"]
     planned = summary["steps_planned"]
     table = _table(
         title=f"{summary['scenario']}, seed {summary['seed']}: {summary['outcome']}, "
         f"{summary['steps']} of {planned} control steps",
-        caption=", ".join(f"{phase['name']} {phase['title']}" for phase in phases),
+        caption=", ".join(f"{phase['name']} {phase['title']}" for phase in summary["phases"]),
     )
     table.add_column("")
     table.add_column("")
-    for heading in (*(phase["name"] for phase in phases), "all", "steady"):
+    for heading in error_columns(summary):
         table.add_column(heading, justify="right")
-    for index, pair in enumerate(summary["pairs"]):
-        label = (f"{pair['observer']} ->", pair["target"], "(m)")
-        _add_rows(table, label, [phase["pairs"][index] for phase in phases], pair, "", "m")
-    _add_rows(table, ("leader", "position", "(m)"), phases, summary, "leader_", "m")
-    _add_rows(table, ("leader", "yaw", "(deg)"), phases, summary, "leader_yaw_", "deg")
+    for error in error_rows(summary):
+        label = (*error.words, f"({error.unit})")
+        for heading, statistic, cells in zip(label, STATISTICS, error.cells, strict=True):
+            table.add_row(heading, statistic, *cells, end_section=statistic == STATISTICS[-1])
     return table
-
-
-def _add_rows(
-    table: Table, label: tuple[str, str, str], phases: Sequence[Json], flight: Json, prefix: str, unit: str
-) -> None:
-    """Mean, 95th percentile and maximum: in each phase, in the whole flight, in its steady windows."""
-    digits = 3 if unit == "m" else 1
-    for heading, statistic in zip(label, STATISTICS, strict=True):
-        values = [phase[f"{prefix}{statistic}_{unit}"] for phase in phases]
-        values += [flight[f"{prefix}{statistic}_{unit}"], flight[f"{prefix}steady_{statistic}_{unit}"]]
-        cells = [_number(value, digits) for value in values]
-        table.add_row(heading, statistic, *cells, end_section=statistic == STATISTICS[-1])
 
 
 def _flight_table(summary: Json) -> Table:
@@ -71,7 +53,3 @@ def _table(title: str, caption: str | None = None) -> Table:
         caption_justify="left",
         pad_edge=False,
     )
-
-
-def _number(value: float | None, digits: int) -> str:
-    return NONE if value is None else f"{value:.{digits}f}"

@@ -1,0 +1,1 @@
+"""Interactive reports: one HTML file each that opens offline, of a flight or of a sweep."""

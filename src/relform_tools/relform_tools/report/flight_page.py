@@ -1,0 +1,133 @@
+"""The report of one flight."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_tools.error_rows import STATISTICS, error_columns, error_rows
+from relform_tools.flight_log import FlightLog
+from relform_tools.flown_phases import flown_phases, step_times
+from relform_tools.metrics import flight_metrics, formation_errors, scored_pairs
+from relform_tools.paper_claims import COMPARED, FOOTNOTE, FORMATION_STEADY_MEAN_M
+from relform_tools.report.packing import pack
+from relform_tools.report.page import render, write_page
+from relform_tools.report.panels import flight_panels, pair_label
+from relform_tools.summary import Ending, Json, Outcome, build_summary
+
+SCRIPTS = (
+    "base.js",
+    "playback.js",
+    "camera.js",
+    "scene.js",
+    "plots.js",
+    "timeline.js",
+    "flight.js",
+)
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One of the numbers that tell the story of a flight."""
+
+    label: str
+    value: str
+    note: str
+    holds: bool | None
+    """Whether it keeps a bound that the paper states; None: it states none."""
+
+
+def write_flight_report(
+    path: Path, log: FlightLog, ending: Ending, versions: Mapping[str, str | None]
+) -> None:
+    """Write the report of a flight.
+
+    Raises:
+        RelformError: it cannot be written.
+    """
+    write_page(path, flight_page(log, ending, versions))
+
+
+def flight_page(log: FlightLog, ending: Ending, versions: Mapping[str, str | None]) -> str:
+    """The report of a flight, HTML."""
+    summary = build_summary(log.scenario, flight_metrics(log), ending, versions)
+    return render(
+        "flight.html",
+        SCRIPTS,
+        flight_data(log),
+        summary=summary,
+        completed=ending.outcome is Outcome.COMPLETED,
+        faults=[
+            f"{fault.stamp_ns / NANOSECONDS_PER_SECOND:.2f} s, {fault.source}: {fault.description}"
+            for fault in log.faults
+        ],
+        tiles=_tiles(summary),
+        compared=[
+            (row.label, row.text(summary[row.key]), row.paper, row.holds(summary[row.key]))
+            for row in COMPARED
+            if row.paper or summary[row.key] is not None
+        ],
+        footnote=FOOTNOTE,
+        columns=error_columns(summary),
+        errors=error_rows(summary),
+        statistics=STATISTICS,
+        configuration=log.scenario.effective_yaml,
+    )
+
+
+def flight_data(log: FlightLog) -> Json:
+    """What the page draws: lengths in metres, times in seconds, other units as the panels say."""
+    config = log.scenario.config
+    pairs = scored_pairs(config.team)
+    index = {name: position for position, name in enumerate(log.vehicles)}
+    return {
+        "vehicles": list(log.vehicles),
+        "arm": config.vehicle.arm_length,
+        "period": config.controller.period,
+        "claim": FORMATION_STEADY_MEAN_M,
+        "phases": [
+            {
+                "name": phase.name,
+                "title": phase.title,
+                "start": phase.start,
+                "steady": phase.steady,
+                "end": phase.end,
+            }
+            for phase in flown_phases(log)
+        ],
+        "pairs": [
+            {"name": pair_label(observer, target), "vehicles": [index[observer], index[target]]}
+            for observer, target in pairs
+        ],
+        "tick": pack(log.tick_ns / NANOSECONDS_PER_SECOND),
+        "position": pack(log.p_NB_N),
+        "attitude": pack(log.q_NB),
+        "step": pack(step_times(log)),
+        "reference": pack(log.leader_p_NB_N__ref),
+        "formation": pack(log.p_BB_C__ref[:, 0]),
+        "error": pack(formation_errors(log, pairs)),
+        "panels": [panel.json() for panel in flight_panels(log)],
+    }
+
+
+def _tiles(summary: Json) -> list[Tile]:
+    compared = {row.key: row for row in COMPARED}
+
+    def value(key: str) -> str:
+        return compared[key].text(summary[key])
+
+    def tile(label: str, key: str, note: str) -> Tile:
+        return Tile(label, value(key), note, compared[key].holds(summary[key]))
+
+    return [
+        tile("Formation error, steady", "steady_mean_m", "mean; the paper < 0.068 m"),
+        tile("Largest formation error", "peak_m", f"in steady state {value('steady_max_m')}"),
+        tile(
+            "Leader error, steady",
+            "leader_steady_mean_m",
+            f"mean; in yaw {value('leader_yaw_steady_mean_deg')}",
+        ),
+        tile("Smallest separation", "separation_min_m", "between two centres"),
+        tile("Rotor speed spread", "rotor_std_rpm", "std. dev.; paper about 600"),
+        tile("Solver, per step", "step_ms_median", "median; paper < 50 ms"),
+    ]

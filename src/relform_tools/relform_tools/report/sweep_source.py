@@ -1,0 +1,62 @@
+"""The results of a sweep, from its folder."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from relform_core.errors import RelformError
+from relform_tools.report.json_file import read_json
+from relform_tools.summary import Json
+from relform_tools.sweep import REPORT, TABLE
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Results of a sweep."""
+
+    report: Json
+    """Content of sweep.json."""
+    rows: list[dict[str, Any]]
+    """One per run: numbers, texts, and None where there is no value."""
+
+
+def is_sweep(path: Path) -> bool:
+    """Whether a path names a sweep: its folder or its sweep.json."""
+    return path.name == REPORT or (path / REPORT).is_file()
+
+
+def read_sweep(path: Path) -> Sweep:
+    """Read a concluded sweep.
+
+    Args:
+        path: its folder, or the sweep.json in it.
+    Raises:
+        RelformError: one line: what is missing or cannot be used.
+    """
+    folder = path.parent if path.name == REPORT else path
+    report = read_json(folder / REPORT)
+    table = folder / TABLE
+    try:
+        with table.open(newline="", encoding="utf-8") as stream:
+            rows = [{key: _value(text) for key, text in row.items()} for row in csv.DictReader(stream)]
+    except (OSError, UnicodeDecodeError) as error:
+        raise RelformError(f"{table}: cannot be read: {error}") from None
+    variants = report.get("variants")
+    if not isinstance(variants, list) or not all(isinstance(v, dict) and "metrics" in v for v in variants):
+        raise RelformError(
+            f"{folder / REPORT}: not what a sweep writes: it has no list of variants with metrics"
+        )
+    if not rows or not {"variant", "seed", "outcome"} <= rows[0].keys():
+        raise RelformError(f"{table}: holds no runs; fly some with scripts/sweep.py")
+    return Sweep(report, rows)
+
+
+def _value(text: str | None) -> Any:
+    """A cell of the table, which CSV made text."""
+    if not text:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        return text
