@@ -63,9 +63,8 @@ class RealTimeIteration:
         cost = self._cost.linearize(
             guess, geometry, maps, NetAcceleration(*(part.copy() for part in acceleration))
         )
-        weighted = np.sqrt(2.0 * self._cost.weights)[:, None] * cost.jacobian
-        hessian = weighted.T @ weighted
         thrusts = guess.thrusts.reshape(-1)
+        hessian = self._cost.hessian(cost.jacobian)
         qp = BoxQp(hessian, self._ocp.thrust_min - thrusts, self._ocp.thrust_max - thrusts)
         self._prepared = _PreparedQp(guess, maps, cost, qp)
 
