@@ -14,7 +14,7 @@ from matplotlib.image import imread
 from relform_core.errors import FlightError
 from relform_tools.figures import HEIGHT_PX, WIDTH_PX, draw_flight
 from relform_tools.flight_log import FlightLogBuilder
-from support.flights import odometry, perfect_builder
+from support.logs import odometry, perfect_builder
 from support.scenarios import paper_scenario
 
 PERIOD_NS = 50_000_000

@@ -8,7 +8,7 @@ import pytest
 
 from relform_core.errors import BagError
 from relform_tools.flight_log import FlightLogBuilder
-from support.flights import FORMATION, decision, odometry, perfect_builder
+from support.logs import FORMATION, decision, odometry, perfect_builder
 from support.scenarios import paper_scenario
 
 PERIOD_NS = 50_000_000
@@ -24,7 +24,7 @@ def vector(values: Any) -> Any:
 
 
 def messages_of_step(stamp_ns: int) -> dict[str, Any]:
-    """The same step as ``support.flights`` makes of core types, by topic."""
+    """The same step as ``support.logs`` makes of core types, by topic."""
     decided = decision(stamp_ns)
     reference = decided.reference
     solver = {name: value for name, value in vars(decided.solver).items() if name != "state"}

@@ -19,7 +19,7 @@ from relform_tools.metrics import (
     steady_steps,
     yaw_of,
 )
-from support.flights import decision, odometry, perfect_builder
+from support.logs import decision, odometry, perfect_builder
 from support.scenarios import paper_scenario, team_of
 
 PERIOD_NS = 50_000_000

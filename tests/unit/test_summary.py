@@ -15,7 +15,7 @@ from relform_tools.flight_log import FlightLogBuilder
 from relform_tools.metrics import flight_metrics
 from relform_tools.summary import Ending, Outcome, build_summary, write_summary
 from relform_tools.summary_table import print_table
-from support.flights import perfect_builder
+from support.logs import perfect_builder
 from support.scenarios import paper_scenario
 
 COMPLETED = Ending(Outcome.COMPLETED, reason=None, wall_time=5.0, flown=30.0)

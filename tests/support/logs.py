@@ -1,0 +1,94 @@
+"""Flights made by hand: ground truth and decisions as the log takes them, with chosen numbers."""
+
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from relform_core.load import LoadedScenario
+from relform_core.measurements import Odometry
+from relform_tools.flight_log import FlightLogBuilder
+
+FORMATION = {
+    ("leader", "follower_1"): (-1.0, -0.5, -0.5),
+    ("leader", "follower_2"): (-1.0, 0.5, -0.5),
+    ("follower_1", "leader"): (1.0, 0.5, 0.5),
+    ("follower_1", "follower_2"): (0.0, 1.0, 0.0),
+    ("follower_2", "leader"): (1.0, -0.5, 0.5),
+    ("follower_2", "follower_1"): (0.0, -1.0, 0.0),
+}
+"""The paper's first formation, by (observer, target) [m]."""
+
+
+def odometry(
+    stamp_ns: int, position: Sequence[float], yaw_deg: float, pitch_deg: float = 7.0, roll_deg: float = -4.0
+) -> Odometry:
+    """A true state; never level, because yaw must not depend on that."""
+    attitude = Rotation.from_euler("ZYX", [yaw_deg, pitch_deg, roll_deg], degrees=True)
+    return Odometry(
+        stamp_ns=stamp_ns,
+        p_NB_N=np.array(position, dtype=np.float64),
+        q_NB=attitude.as_quat(),
+        v_NB_B=np.array([1.5, -0.3, 0.2]),
+        w_NB_B=np.array([0.1, -0.2, 0.4]),
+        pose_covariance=np.zeros((6, 6)),
+        twist_covariance=np.zeros((6, 6)),
+    )
+
+
+def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Any:
+    """What the controller decides and was asked, with the fields of ``Decision`` that a log takes."""
+    speeds: Mapping[str, Sequence[float]] = changes.pop("speeds", {})
+    reference = {"p_NB_N": np.array([1.0, 2.0, 3.0]), "v_NB_N": np.array([2.0, 0.5, 0.1]), "yaw_NB": 1.5}
+    solver = {
+        "state": 1,
+        "objective": 12.5,
+        "kkt_first": 80.0,
+        "kkt": 0.5,
+        "sqp_steps": 2,
+        "qp_iterations": 7,
+        "active_bounds": 3,
+        "prepare_time": 0.002,
+        "feedback_time": 0.001,
+    }
+    return SimpleNamespace(
+        stamp_ns=stamp_ns,
+        reference=SimpleNamespace(
+            phase=phase,
+            formation={pair: np.array(position) for pair, position in FORMATION.items()},
+            **{name: changes.get(name, value) for name, value in reference.items()},
+        ),
+        pairs=[
+            SimpleNamespace(
+                observer=observer,
+                target=target,
+                p_B1B2_C1__est=np.array(position) + 0.01,
+                yaw_I1I2=0.25,
+                yaw_variance=0.04,
+            )
+            for (observer, target), position in FORMATION.items()
+        ],
+        commands={
+            vehicle: SimpleNamespace(speeds=np.array(speeds.get(vehicle, [400.0, 410.0, 420.0, 430.0])))
+            for vehicle in ("leader", "follower_1", "follower_2")
+        },
+        solver=SimpleNamespace(**{name: changes.get(name, value) for name, value in solver.items()}),
+    )
+
+
+def perfect_builder(scenario: LoadedScenario, phases: Sequence[str]) -> FlightLogBuilder:
+    """A flight without any error, one control step per entry of ``phases``, and the last tick after them."""
+    builder = FlightLogBuilder(scenario)
+    leader = np.array([1.0, 2.0, 3.0])
+    yaw = np.degrees(1.5)
+    for step in range(len(phases) + 1):
+        stamp_ns = step * scenario.config.period_ns
+        for vehicle in scenario.config.team.vehicles:
+            offset = np.array(FORMATION.get(("leader", vehicle), (0.0, 0.0, 0.0)))
+            place = leader + Rotation.from_euler("Z", yaw, degrees=True).apply(offset)
+            builder.add_ground_truth(vehicle, odometry(stamp_ns, place.tolist(), float(yaw)))
+        if step < len(phases):
+            builder.add_decision(decision(stamp_ns, phases[step]))
+    return builder
