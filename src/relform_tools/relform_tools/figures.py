@@ -216,6 +216,8 @@ def _draw_solver(axes: Axes, log: FlightLog) -> None:
     right = _right_scale(axes, "time per control step [ms]")
     step_ms = 1e3 * (log.solver["prepare_time"] + log.solver["feedback_time"])
     right.semilogy(step_times(log), step_ms, color=RIGHT_COLOUR, linewidth=0.9)
+    right.set_ylim(1.0, 1000.0)  # the same for all flights, on any machine
+    right.yaxis.set_major_formatter("{x:.0f}")
 
 
 def _right_scale(axes: Axes, title: str, pad: float = 6.0) -> Axes:
