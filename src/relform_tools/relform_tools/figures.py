@@ -69,9 +69,9 @@ def draw_flight(log: FlightLog, path: Path) -> None:
         draws = (_draw_formation, _draw_leader, _draw_rotors, _draw_solver)
         for axes, draw in zip(panels, draws, strict=True):
             draw(axes, log)
-            _shade_phases(axes, log)
+            shade_phases(axes, log)
         for axes in panels[:2]:
-            _name_phases(axes, log)
+            name_phases(axes, log)
         for axes in panels[2:]:
             axes.set_xlabel("time [s]")
         try:
@@ -138,7 +138,7 @@ def _draw_scene(figure: Figure, log: FlightLog) -> None:
     draw_lines([(positions[0], positions[0] * (1.0, 1.0, 0.0)) for positions in shown], SHADOW, 0.8)
     draw_lines([pair for positions in shown for pair in combinations(positions, 2)], GUIDE, 1.0)
     for vehicle, name in enumerate(log.vehicles):
-        colour = _cycled(VEHICLE_COLOURS, vehicle)
+        colour = cycled(VEHICLE_COLOURS, vehicle)
         axes.plot(*p_NB_N[:, vehicle].T, color=colour, linewidth=1.8, zorder=2, label=name)
         axes.scatter(*shown[:, vehicle].T, color=colour, s=24, depthshade=False, zorder=3)
     reference_style = {"color": GUIDE, "linewidth": 1.2, "linestyle": (0, (4, 3))}
@@ -180,7 +180,7 @@ def _draw_formation(axes: Axes, log: FlightLog) -> None:
     for index, ((observer, target), error) in enumerate(
         zip(pairs, formation_errors(log, pairs).T, strict=True)
     ):
-        colour = _cycled(PAIR_COLOURS, index)
+        colour = cycled(PAIR_COLOURS, index)
         axes.plot(step_times(log), error, color=colour, label=f"{observer} \N{RIGHTWARDS ARROW} {target}")
     axes.set_title("Formation error [m], steady state shaded", pad=22.0)
     axes.set_ylim(0.0, 1.25 * axes.get_ylim()[1])  # room for the legend
@@ -203,7 +203,7 @@ def _draw_rotors(axes: Axes, log: FlightLog) -> None:
     time, speeds, limits = step_times(log), rad_s_to_rpm(1.0) * log.rotor_speeds, log.scenario.config.vehicle
     axes.fill_between(time, speeds.min(axis=(1, 2)), speeds.max(axis=(1, 2)), color=SHADOW, linewidth=0.0)
     for vehicle in range(len(log.vehicles)):
-        colour = _cycled(VEHICLE_COLOURS, vehicle)
+        colour = cycled(VEHICLE_COLOURS, vehicle)
         axes.plot(time, speeds[:, vehicle].mean(axis=-1), color=colour, linewidth=0.9)
     for limit in (limits.rotor_speed_min, limits.rotor_speed_max):
         axes.axhline(rad_s_to_rpm(limit), color=GUIDE, linestyle="--", linewidth=1.0)
@@ -231,7 +231,8 @@ def _right_scale(axes: Axes, title: str, pad: float = 6.0) -> Axes:
     return right
 
 
-def _shade_phases(axes: Axes, log: FlightLog) -> None:
+def shade_phases(axes: Axes, log: FlightLog) -> None:
+    """Mark where phases begin, and shade their steady windows."""
     phases = flown_phases(log)
     for phase in phases:
         axes.axvspan(phase.steady, phase.end, color=BAND, linewidth=0, zorder=0)
@@ -239,11 +240,13 @@ def _shade_phases(axes: Axes, log: FlightLog) -> None:
     axes.set_xlim(phases[0].start, phases[-1].end)
 
 
-def _name_phases(axes: Axes, log: FlightLog) -> None:
+def name_phases(axes: Axes, log: FlightLog) -> None:
+    """Write the names of the phases above a plot."""
     above = axes.get_xaxis_transform()
     for phase in flown_phases(log):
         axes.text(phase.middle, 1.03, phase.name, transform=above, ha="center", color=TEXT, fontweight="bold")
 
 
-def _cycled(colours: tuple[str, ...], index: int) -> str:
+def cycled(colours: tuple[str, ...], index: int) -> str:
+    """A colour of a palette, which begins again after its last."""
     return colours[index % len(colours)]

@@ -1,4 +1,4 @@
-"""The plots over time of a flight's report: which lines they hold, and which lines of reference."""
+"""The plots over time of a flight: which lines they hold, and which levels to compare with."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,11 +9,9 @@ from relform_core.units import rad_s_to_rpm
 from relform_tools.flight_log import FlightLog, Floats
 from relform_tools.metrics import formation_errors, leader_errors, scored_pairs
 from relform_tools.paper_claims import FORMATION_STEADY_MEAN_M
-from relform_tools.report.packing import pack
-from relform_tools.summary import Json
 
 COLOURS = 7
-"""Of vehicles and of pairs, in style.css; further ones begin again."""
+"""Of vehicles and of pairs; further ones begin again."""
 ROTORS = ("front", "left", "back", "right")
 
 
@@ -23,7 +21,7 @@ class Line:
 
     name: str
     colour: str
-    """Name of a variable of style.css, without the dashes."""
+    """``pair-0`` to ``pair-6``, ``vehicle-0``, ``rotor-0`` to ``rotor-3``, ``series-0`` or ``series-1``."""
     values: Floats
     """Shape (K,)."""
 
@@ -45,24 +43,9 @@ class Panel:
     digits: int
     lines: Sequence[Line]
     guides: Sequence[Guide] = field(default=())
-    scale: str = "linear"
-    """Or ``log``."""
+    log_scale: bool = False
     steps: bool = False
     """Values hold for the whole step, instead of at its instant."""
-
-    def json(self) -> Json:
-        """For the page."""
-        return {
-            "title": self.title,
-            "unit": self.unit,
-            "digits": self.digits,
-            "scale": self.scale,
-            "steps": self.steps,
-            "guides": [{"label": guide.label, "values": guide.values} for guide in self.guides],
-            "lines": [
-                {"name": line.name, "colour": line.colour, "values": pack(line.values)} for line in self.lines
-            ],
-        }
 
 
 def pair_label(observer: str, target: str) -> str:
@@ -70,9 +53,14 @@ def pair_label(observer: str, target: str) -> str:
     return f"{observer} → {target}"
 
 
-def flight_panels(log: FlightLog) -> list[Panel]:
-    """All plots, from the formation to the solver."""
-    return [*_formation(log), *_leader(log), *_rotors(log), *_solver(log)]
+def flight_panels(log: FlightLog) -> dict[str, list[Panel]]:
+    """All plots, from the formation to the solver, by the name of the figure that they make."""
+    return {
+        "formation_errors": _formation(log),
+        "tracking_errors": _leader(log),
+        "rotor_speeds": _rotors(log),
+        "solver": _solver(log),
+    }
 
 
 def _formation(log: FlightLog) -> list[Panel]:
@@ -120,7 +108,7 @@ def _solver(log: FlightLog) -> list[Panel]:
             "",
             2,
             [Line("objective", "series-0", solver["objective"])],
-            scale="log",
+            log_scale=True,
         ),
         Panel(
             "Solver: KKT value",
@@ -131,7 +119,7 @@ def _solver(log: FlightLog) -> list[Panel]:
                 Line("last SQP step", "series-0", solver["kkt"]),
             ],
             [Guide(f"tolerance {tolerance:g}", (tolerance,))],
-            scale="log",
+            log_scale=True,
         ),
         Panel(
             "Solver: time per control step",
@@ -142,7 +130,7 @@ def _solver(log: FlightLog) -> list[Panel]:
                 Line("feedback", "series-1", feedback),
             ],
             [Guide(f"control period {1e3 * controller.period:g} ms", (1e3 * controller.period,))],
-            scale="log",
+            log_scale=True,
         ),
         Panel(
             "Solver: SQP steps per control step",

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
 
 from relform_tools.summary import Json, Outcome
 
@@ -57,6 +56,8 @@ def describe(values: Sequence[float]) -> Json:
     mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1)) if n > 1 else 0.0
     interval = None
     if n > 1:
+        from scipy.special import stdtrit  # SciPy takes its time, which only who has values should wait for
+
         half = float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2.0)) * deviation / math.sqrt(n)
         interval = [mean - half, mean + half]
     return {

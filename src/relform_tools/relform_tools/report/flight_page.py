@@ -1,7 +1,6 @@
 """The report of one flight."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -9,10 +8,11 @@ from relform_tools.error_rows import STATISTICS, error_columns, error_rows
 from relform_tools.flight_log import FlightLog
 from relform_tools.flown_phases import flown_phases, step_times
 from relform_tools.metrics import flight_metrics, formation_errors, scored_pairs
+from relform_tools.panels import Panel, flight_panels, pair_label
 from relform_tools.paper_claims import COMPARED, FOOTNOTE, FORMATION_STEADY_MEAN_M
 from relform_tools.report.packing import pack
 from relform_tools.report.page import render, write_page
-from relform_tools.report.panels import flight_panels, pair_label
+from relform_tools.report.tiles import headline_tiles
 from relform_tools.summary import Ending, Json, Outcome, build_summary
 
 SCRIPTS = (
@@ -24,17 +24,6 @@ SCRIPTS = (
     "timeline.js",
     "flight.js",
 )
-
-
-@dataclass(frozen=True)
-class Tile:
-    """One of the numbers that tell the story of a flight."""
-
-    label: str
-    value: str
-    note: str
-    holds: bool | None
-    """Whether it keeps a bound that the paper states; None: it states none."""
 
 
 def write_flight_report(
@@ -61,7 +50,7 @@ def flight_page(log: FlightLog, ending: Ending, versions: Mapping[str, str | Non
             f"{fault.stamp_ns / NANOSECONDS_PER_SECOND:.2f} s, {fault.source}: {fault.description}"
             for fault in log.faults
         ],
-        tiles=_tiles(summary),
+        tiles=headline_tiles(summary.get, _notes(summary)),
         compared=[
             (row.label, row.text(summary[row.key]), row.paper, row.holds(summary[row.key]))
             for row in COMPARED
@@ -106,28 +95,35 @@ def flight_data(log: FlightLog) -> Json:
         "reference": pack(log.leader_p_NB_N__ref),
         "formation": pack(log.p_BB_C__ref[:, 0]),
         "error": pack(formation_errors(log, pairs)),
-        "panels": [panel.json() for panel in flight_panels(log)],
+        "panels": [_panel(panel) for panels in flight_panels(log).values() for panel in panels],
     }
 
 
-def _tiles(summary: Json) -> list[Tile]:
+def _panel(panel: Panel) -> Json:
+    return {
+        "title": panel.title,
+        "unit": panel.unit,
+        "digits": panel.digits,
+        "log": panel.log_scale,
+        "steps": panel.steps,
+        "guides": [{"label": guide.label, "values": guide.values} for guide in panel.guides],
+        "lines": [
+            {"name": line.name, "colour": line.colour, "values": pack(line.values)} for line in panel.lines
+        ],
+    }
+
+
+def _notes(summary: Json) -> dict[str, str]:
     compared = {row.key: row for row in COMPARED}
 
-    def value(key: str) -> str:
+    def text(key: str) -> str:
         return compared[key].text(summary[key])
 
-    def tile(label: str, key: str, note: str) -> Tile:
-        return Tile(label, value(key), note, compared[key].holds(summary[key]))
-
-    return [
-        tile("Formation error, steady", "steady_mean_m", "mean; the paper < 0.068 m"),
-        tile("Largest formation error", "peak_m", f"in steady state {value('steady_max_m')}"),
-        tile(
-            "Leader error, steady",
-            "leader_steady_mean_m",
-            f"mean; in yaw {value('leader_yaw_steady_mean_deg')}",
-        ),
-        tile("Smallest separation", "separation_min_m", "between two centres"),
-        tile("Rotor speed spread", "rotor_std_rpm", "std. dev.; paper about 600"),
-        tile("Solver, per step", "step_ms_median", "median; paper < 50 ms"),
-    ]
+    return {
+        "steady_mean_m": "mean; the paper < 0.068 m",
+        "peak_m": f"in steady state {text('steady_max_m')}",
+        "leader_steady_mean_m": f"mean; in yaw {text('leader_yaw_steady_mean_deg')}",
+        "separation_min_m": "between two centres",
+        "rotor_std_rpm": "std. dev.; paper about 600",
+        "step_ms_median": "median; paper < 50 ms",
+    }

@@ -29,7 +29,7 @@ def ending_from_log(log: FlightLog) -> Ending:
 
 
 def ending_from_run(folder: Path) -> tuple[Ending, Versions] | None:
-    """How a flight ended and which software flew it, from the summary in its run's folder; None: there is none.
+    """How a flight ended and what flew it, from the summary in its run's folder; None: there is none.
 
     Raises:
         RelformError: the summary cannot be used.

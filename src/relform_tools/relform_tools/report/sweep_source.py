@@ -10,6 +10,8 @@ from relform_tools.report.json_file import read_json
 from relform_tools.summary import Json
 from relform_tools.sweep import REPORT, TABLE
 
+VARIANT_KEYS = {"name", "title", "set", "runs", "completed", "crashed", "failed", "reasons", "metrics"}
+
 
 @dataclass(frozen=True)
 class Sweep:
@@ -43,10 +45,13 @@ def read_sweep(path: Path) -> Sweep:
     except (OSError, UnicodeDecodeError) as error:
         raise RelformError(f"{table}: cannot be read: {error}") from None
     variants = report.get("variants")
-    if not isinstance(variants, list) or not all(isinstance(v, dict) and "metrics" in v for v in variants):
-        raise RelformError(
-            f"{folder / REPORT}: not what a sweep writes: it has no list of variants with metrics"
-        )
+    if (
+        not isinstance(report.get("scenario"), str)
+        or not isinstance(variants, list)
+        or not all(isinstance(variant, dict) and variant.keys() >= VARIANT_KEYS for variant in variants)
+    ):
+        keys = ", ".join(sorted(VARIANT_KEYS))
+        raise RelformError(f"{folder / REPORT}: not of a sweep: needs scenario, and variants with {keys}")
     if not rows or not {"variant", "seed", "outcome"} <= rows[0].keys():
         raise RelformError(f"{table}: holds no runs; fly some with scripts/sweep.py")
     return Sweep(report, rows)

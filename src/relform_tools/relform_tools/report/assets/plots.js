@@ -90,14 +90,14 @@ class Plot {
 
   y(value) {
     const [low, high] = this.range;
-    const part = this.data.scale === "log" ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+    const part = this.data.log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
     return PLOT_HEIGHT - BOTTOM - part * (PLOT_HEIGHT - TOP - BOTTOM);
   }
 
   /** Smallest and largest value to be seen, of the lines in this window and of guides that are not far away. */
   findRange(first, last) {
     let low = Infinity, high = -Infinity;
-    const log = this.data.scale === "log";
+    const log = this.data.log;
     const take = (value) => {
       if (!Number.isFinite(value) || (log && value <= 0)) return;
       low = Math.min(low, value);
@@ -136,7 +136,7 @@ class Plot {
       if (x1 - x0 > 12) make(svg, "text", { class: "phase-name", x: (x0 + x1) / 2, y: TOP - 6, "text-anchor": "middle" }, phase.name);
     });
 
-    const ticks = data.scale === "log" ? logTicks(...this.range, 4) : linearTicks(...this.range, 3);
+    const ticks = data.log ? logTicks(...this.range, 4) : linearTicks(...this.range, 3);
     for (const tick of ticks) {
       const y = this.y(tick);
       make(svg, "line", { class: "grid", x1: LEFT, x2: width - RIGHT, y1: y, y2: y });
@@ -168,7 +168,7 @@ class Plot {
     let pen = "M";
     for (let index = first; index <= last; index++) {
       const value = values[index];
-      if (!Number.isFinite(value) || (this.data.scale === "log" && value <= 0)) { pen = "M"; continue; }
+      if (!Number.isFinite(value) || (this.data.log && value <= 0)) { pen = "M"; continue; }
       const x = this.x(step[index]).toFixed(1), y = this.y(value).toFixed(1);
       parts.push(`${pen}${x} ${y}`);
       if (this.data.steps) parts.push(`H${this.x(index + 1 < step.length ? step[index + 1] : this.plots.playback.end).toFixed(1)}`);

@@ -1,0 +1,72 @@
+"""The command line of ``scripts/report.py``."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from relform_core.errors import RelformError
+from relform_tools.bag_reader import find_bag_file
+from relform_tools.report.flight_page import write_flight_report
+from relform_tools.report.flight_source import ending_from_log, ending_from_run, versions_from_bag
+from relform_tools.report.sweep_page import write_sweep_report
+from relform_tools.report.sweep_source import is_sweep, read_sweep
+
+REPORT = "report.html"
+FIGURES = "figures"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Make the report that the arguments ask for; 0, or 1 after a line on what cannot be used."""
+    parser = argparse.ArgumentParser(
+        prog="report.py",
+        description="Make the report of a flight or a sweep: one HTML file that opens offline.",
+    )
+    parser.add_argument(
+        "source",
+        type=Path,
+        metavar="BAG|RUN|SWEEP",
+        help="a bag (file or folder), the folder of a run, or the folder of a sweep",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help=f"the report (default: {REPORT} in that folder)"
+    )
+    parser.add_argument(
+        "--no-figures",
+        action="store_true",
+        help=f"no PNG and PDF for papers in the folder {FIGURES} beside it",
+    )
+    chosen = parser.parse_args(arguments)
+    folder = chosen.source if chosen.source.is_dir() else chosen.source.parent
+    out: Path = chosen.out or folder / REPORT
+    try:
+        if is_sweep(chosen.source):
+            write_sweep_report(out, read_sweep(chosen.source))
+            print(out)
+        else:
+            report_flight(chosen.source, out, with_figures=not chosen.no_figures)
+    except RelformError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def report_flight(source: Path, out: Path, with_figures: bool) -> None:
+    """Make the report of a recorded flight, then its figures; each file is named when it is there.
+
+    Raises:
+        RelformError: there is no flight, or something cannot be written.
+    """
+    file = find_bag_file(source)
+    # Reading serialized messages needs ROS; sweeps do without.
+    from relform_tools.flight_reader import read_flight_log
+
+    log = read_flight_log(file)
+    ending, versions = ending_from_run(source) or (ending_from_log(log), versions_from_bag(file))
+    write_flight_report(out, log, ending, versions)
+    print(out, flush=True)
+    if with_figures:
+        from relform_tools.paper_figures import draw_paper_figures  # matplotlib takes a second to import
+
+        for figure in draw_paper_figures([log], out.parent / FIGURES):
+            print(figure)
