@@ -7,6 +7,7 @@ from typing import Any
 
 import rclpy
 from rclpy.node import Node
+from threadpoolctl import threadpool_limits
 
 from relform_controller.algorithm import SolverState
 from relform_controller.formation_controller import Decision, FormationController
@@ -235,4 +236,6 @@ def reference_to_msg(decision: Decision) -> FormationReference:
 
 def main() -> int:
     """Run the node."""
-    return run_node(lambda: rclpy.create_node("controller", namespace="/formation"), Leader)
+    # Matrix products in several threads differ in the last digits, and small ones are slower.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return run_node(lambda: rclpy.create_node("controller", namespace="/formation"), Leader)

@@ -117,9 +117,6 @@ class Flight:
         os.environ.update(
             ROS_DOMAIN_ID=str(domain_id),
             ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST",
-            # The matrices are small: more threads only take the processors from each other.
-            OMP_NUM_THREADS="1",
-            OPENBLAS_NUM_THREADS="1",
         )
         for vehicle in self._scenario.config.team.vehicles:
             arguments = ["-r", f"__ns:=/{vehicle}"]

@@ -1,4 +1,6 @@
-"""A whole flight in one process and without ROS: the very same controller, plant and sensor classes as the nodes run."""
+"""A whole flight in one process and without ROS, by the very classes that the nodes run."""
+
+from threadpoolctl import threadpool_limits
 
 from relform_controller.formation_controller import FormationController
 from relform_core.load import LoadedScenario
@@ -13,6 +15,11 @@ def fly_in_process(scenario: LoadedScenario) -> FlightLog:
     Raises:
         FlightError: the flight cannot start.
     """
+    with threadpool_limits(limits=1, user_api="blas"):  # as in the leader node: else the last digits differ
+        return _fly(scenario)
+
+
+def _fly(scenario: LoadedScenario) -> FlightLog:
     config = scenario.config
     vehicles = {name: Vehicle(config, scenario.seed, name) for name in config.team.vehicles}
     controller = FormationController(config)

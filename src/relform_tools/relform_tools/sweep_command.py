@@ -113,8 +113,6 @@ def _executor(jobs: int, scheduler: str | None) -> Iterator[Executor]:
     Raises:
         RelformError: the cluster cannot be reached, or Dask is not installed.
     """
-    # One thread per process: the matrices are small, and results must not depend on how many cores there are.
-    os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
     if scheduler is None:
         executor = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _ignore_interrupts)
         try:
