@@ -3,7 +3,12 @@
 
 import sys
 
-from relform_tools.bringup_command import main
+EXIT_INTERRUPTED = 130
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        from relform_tools.bringup_command import main  # takes a while
+
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(EXIT_INTERRUPTED)

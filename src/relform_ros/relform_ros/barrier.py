@@ -1,6 +1,6 @@
 """The lock-step barrier: the next step begins when all members have finished this one."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 
 from relform_core.errors import FlightError
 from relform_ros.lockstep import READY, Done
@@ -19,7 +19,7 @@ class Barrier:
     """Who has finished the current step, and who has not.
 
     Args:
-        members: fully qualified node names.
+        ranks: fully qualified names of the members; within a step, those of a rank wait for those before.
         period: length of a step [s], for messages.
         start_timeout: time that all members may take to be ready [s].
         step_timeout: time that all members may take for a step [s].
@@ -28,13 +28,14 @@ class Barrier:
 
     def __init__(
         self,
-        members: Iterable[str],
+        ranks: Sequence[Sequence[str]],
         period: float,
         start_timeout: float,
         step_timeout: float,
         now: Callable[[], float],
     ) -> None:
-        self._members = tuple(members)
+        self._ranks = ranks
+        self._members = frozenset(member for rank in ranks for member in rank)
         self._period = period
         self._timeouts = start_timeout, step_timeout
         self._now = now
@@ -46,11 +47,6 @@ class Barrier:
     def step(self) -> int:
         """The current step; READY before the first."""
         return self._step
-
-    @property
-    def missing(self) -> tuple[str, ...]:
-        """Members that have not finished the current step, in their order."""
-        return tuple(member for member in self._members if member not in self._done)
 
     def add(self, done: Done) -> None:
         """Take in that a member has finished a step.
@@ -73,7 +69,7 @@ class Barrier:
         Raises:
             SilentNodeError: not all, and their time is up.
         """
-        if not self.missing:
+        if len(self._done) == len(self._members):
             return True
         timeout = self._timeouts[self._step != READY]
         if self._now() - self._began > timeout:
@@ -95,10 +91,12 @@ class Barrier:
         return self._step
 
     def _silence(self, timeout: float) -> str:
-        names = ", ".join(self.missing)
+        missing = [[member for member in rank if member not in self._done] for rank in self._ranks]
         if self._step == READY:
+            names = ", ".join(member for rank in missing for member in rank)
             return f"not ready within {timeout:g} s: {names}; start what is missing, or look at its log"
-        return f"{self._when()} not finished within {timeout:g} s (lockstep.step_timeout_s): {names}"
+        names = ", ".join(next(rank for rank in missing if rank))  # the later ones wait for these
+        return f"{self._when()} not finished within {timeout:g} s (lockstep.step_timeout_s) by {names}"
 
     def _when(self) -> str:
         return f"step {self._step} ({self._step * self._period:.2f} s)"

@@ -19,7 +19,7 @@ EXIT_ERROR = 1
 EXIT_INTERRUPTED = 130
 """As of a shell whose command ended by Ctrl-C. A node that exits with 0 has seen the end of the flight."""
 
-SIGNAL_LATENCY_S = 0.2
+SIGNAL_LATENCY_S = 0.1
 """How long a signal may go unnoticed while nothing else happens."""
 
 

@@ -21,7 +21,7 @@ from relform_ros.fields import stamp_to_msg
 from relform_ros.member import DISCOVERY_POLL_S
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
-from relform_ros.topics import CLOCK, DIAGNOSTICS, members, step_done_topic, topic_table
+from relform_ros.topics import CLOCK, DIAGNOSTICS, members, ranks, step_done_topic, topic_table
 
 EXIT_CODES = {SilentNodeError: 2, VehicleFaultError: 3}
 
@@ -39,7 +39,7 @@ class ClockServer:
         for member in members(config.team, observers):
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
         self._barrier = Barrier(
-            members(config.team, observers),
+            ranks(config.team, observers),
             period=config.controller.period,
             start_timeout=_read_start_timeout(node),
             step_timeout=config.lockstep.step_timeout,

@@ -6,15 +6,16 @@ import os
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import FrameType
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from relform_core.errors import FlightError
+from relform_core.errors import BagError, FlightError
 from relform_core.load import LoadedScenario
+from relform_tools.bag_recover import recover_bag
 from relform_tools.bringup_display import FlightDisplay
 from relform_tools.bringup_domain import claimed_domain
 from relform_tools.bringup_folder import RunFolder
@@ -106,11 +107,14 @@ class Flight:
             outcome, reason = Outcome.INTERRUPTED, str(error)
         except FlightError as error:
             outcome, reason = Outcome.FAILED, str(error)
+        if self._recorder is not None and (self._recorder.exit_code() or 0) < 0:
+            with suppress(BagError):  # killed: its bag is completed, if there is one
+                recover_bag(self._folder.bag)
         if (monitor := self._monitor) is None:
             return FlownFlight(FlightLogBuilder(self._scenario).build(), Ending(outcome, reason, 0.0, 0.0))
         log = monitor.log()
         if outcome is Outcome.FAILED and log.faults:
-            outcome, reason = Outcome.FAULT, log.faults[0].description
+            outcome = Outcome.FAULT
         return FlownFlight(log, Ending(outcome, reason, monitor.wall_time, monitor.flown))
 
     def _start(self, domain_id: int) -> None:
@@ -170,7 +174,7 @@ class Flight:
 
     def _loss(self, child: Child) -> str:
         if child.name == CLOCK and child.exit_code() in CLOCK_VERDICTS:
-            return child.last_words()
+            return child.last_words().removeprefix(f"{CLOCK}: ")
         step = -1 if self._monitor is None else self._monitor.step
         if step < 0:
             return f"{child.epitaph()} before the first step"

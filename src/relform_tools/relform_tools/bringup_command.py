@@ -56,7 +56,8 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
     log = flown.log
     summary = build_summary(log.scenario, flight_metrics(log), flown.ending, software_versions())
     write_summary(folder.summary, summary)
-    print_table(summary, console)
+    if log.phase:
+        print_table(summary, console)
     # Whoever interrupts a flight does not want to wait for its picture.
     if log.phase and flown.ending.outcome is not Outcome.INTERRUPTED:
         from relform_tools.figures import draw_flight
