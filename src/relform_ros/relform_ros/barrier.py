@@ -1,6 +1,6 @@
 """The lock-step barrier: the next step begins when all members have finished this one."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from relform_core.errors import FlightError
 from relform_ros.lockstep import READY, Done
@@ -8,7 +8,12 @@ from relform_ros.rejection import Reason, RejectionError
 
 
 class SilentNodeError(FlightError):
-    """A member did not finish a step in time."""
+    """Members did not finish a step in time."""
+
+    def __init__(self, what: str, nodes: Sequence[str]) -> None:
+        super().__init__(f"{what}: {', '.join(nodes)}")
+        self.what = what
+        self.nodes = nodes
 
 
 class VehicleFaultError(FlightError):
@@ -19,7 +24,7 @@ class Barrier:
     """Who has finished the current step, and who has not.
 
     Args:
-        ranks: fully qualified names of the members; within a step, those of a rank wait for those before.
+        members: fully qualified node names.
         period: length of a step [s], for messages.
         start_timeout: time that all members may take to be ready [s].
         step_timeout: time that all members may take for a step [s].
@@ -28,14 +33,13 @@ class Barrier:
 
     def __init__(
         self,
-        ranks: Sequence[Sequence[str]],
+        members: Iterable[str],
         period: float,
         start_timeout: float,
         step_timeout: float,
         now: Callable[[], float],
     ) -> None:
-        self._ranks = ranks
-        self._members = frozenset(member for rank in ranks for member in rank)
+        self._members = tuple(members)
         self._period = period
         self._timeouts = start_timeout, step_timeout
         self._now = now
@@ -68,13 +72,19 @@ class Barrier:
 
         Raises:
             SilentNodeError: not all, and their time is up.
+            VehicleFaultError: likewise, and another member reported a fault.
         """
         if len(self._done) == len(self._members):
             return True
         timeout = self._timeouts[self._step != READY]
-        if self._now() - self._began > timeout:
-            raise SilentNodeError(self._silence(timeout))
-        return False
+        if self._now() - self._began <= timeout:
+            return False
+        self._check_faults()
+        missing = [member for member in self._members if member not in self._done]
+        if self._step == READY:
+            raise SilentNodeError(f"not ready within {timeout:g} s", missing)
+        limit = f"{timeout:g} s (lockstep.step_timeout_s)"
+        raise SilentNodeError(f"{self._when()} not finished within {limit}", missing)
 
     def advance(self) -> int:
         """Begin the next step, and return it.
@@ -82,21 +92,16 @@ class Barrier:
         Raises:
             VehicleFaultError: a member reported a fault in the step that ends.
         """
-        for done in self._done.values():
-            if done.fault:
-                raise VehicleFaultError(f"{done.node} in {self._when()}: {done.fault}")
+        self._check_faults()
         self._step += 1
         self._began = self._now()
         self._done = {}
         return self._step
 
-    def _silence(self, timeout: float) -> str:
-        missing = [[member for member in rank if member not in self._done] for rank in self._ranks]
-        if self._step == READY:
-            names = ", ".join(member for rank in missing for member in rank)
-            return f"not ready within {timeout:g} s: {names}; start what is missing, or look at its log"
-        names = ", ".join(next(rank for rank in missing if rank))  # the later ones wait for these
-        return f"{self._when()} not finished within {timeout:g} s (lockstep.step_timeout_s) by {names}"
+    def _check_faults(self) -> None:
+        for done in self._done.values():
+            if done.fault:
+                raise VehicleFaultError(f"{done.node} in {self._when()}: {done.fault}")
 
     def _when(self) -> str:
         return f"step {self._step} ({self._step * self._period:.2f} s)"

@@ -1,6 +1,5 @@
 """The topics of a flight: one table of names, types, writers and readers that every node uses."""
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -61,14 +60,9 @@ def step_done_topic(node: str) -> str:
     return f"{node}/step_done"
 
 
-def ranks(team: TeamConfig, observers: Sequence[str]) -> list[tuple[str, ...]]:
-    """Fully qualified names of all members of the barrier; in a step, each rank waits for those before."""
-    return [tuple(map(vehicle_node, team.vehicles)), (CONTROLLER_NODE,), tuple(observers)]
-
-
 def members(team: TeamConfig, observers: Sequence[str]) -> tuple[str, ...]:
     """Fully qualified names of all members of the barrier."""
-    return tuple(itertools.chain.from_iterable(ranks(team, observers)))
+    return (*map(vehicle_node, team.vehicles), CONTROLLER_NODE, *observers)
 
 
 def topic_table(team: TeamConfig, observers: Sequence[str]) -> dict[str, Topic]:

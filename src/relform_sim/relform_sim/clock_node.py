@@ -5,11 +5,14 @@ error, 130 interrupted.
 """
 
 import time
+from collections.abc import Sequence
 from functools import partial
 
 import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
+from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
 from relform_msgs.msg import StepDone
@@ -21,8 +24,10 @@ from relform_ros.fields import stamp_to_msg
 from relform_ros.member import DISCOVERY_POLL_S
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
-from relform_ros.topics import CLOCK, DIAGNOSTICS, members, ranks, step_done_topic, topic_table
+from relform_ros.topics import CLOCK, DIAGNOSTICS, members, step_done_topic, topic_table
 
+ANSWER_S = 1.0
+"""How long a node may take to answer when the clock asks whether it is there at all."""
 EXIT_CODES = {SilentNodeError: 2, VehicleFaultError: 3}
 
 
@@ -33,13 +38,14 @@ class ClockServer:
         config = read_scenario(node).config
         observers = read_observers(node)
         self._name = node.get_fully_qualified_name()
+        self._node = node
         self._spinner = spinner
         self._config = config
         self._endpoints = Endpoints(node, topic_table(config.team, observers))
         for member in members(config.team, observers):
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
         self._barrier = Barrier(
-            ranks(config.team, observers),
+            members(config.team, observers),
             period=config.controller.period,
             start_timeout=_read_start_timeout(node),
             step_timeout=config.lockstep.step_timeout,
@@ -54,6 +60,13 @@ class ClockServer:
             VehicleFaultError: a member reported a fault.
             StopRequestedError: by a signal.
         """
+        try:
+            self._tick()
+        except SilentNodeError as error:
+            # Most of those that are late wait for another one themselves.
+            raise SilentNodeError(error.what, self._unresponsive(error.nodes) or error.nodes) from None
+
+    def _tick(self) -> None:
         unmatched = self._endpoints.unmatched()
         while unmatched or not self._barrier.complete():
             self._spinner.once(DISCOVERY_POLL_S)
@@ -65,6 +78,20 @@ class ClockServer:
                 rejections = self._endpoints.rejections
                 self._endpoints.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, {}))
             self._spinner.until(self._barrier.complete)
+
+    def _unresponsive(self, nodes: Sequence[str]) -> list[str]:
+        """Those nodes that do not even answer when they are asked for a parameter."""
+        clients = {name: self._node.create_client(GetParameters, f"{name}/get_parameters") for name in nodes}
+        answers: dict[str, Future] = {}
+        deadline = time.monotonic() + ANSWER_S
+        while time.monotonic() < deadline and not all(
+            name in answers and answers[name].done() for name in nodes
+        ):
+            for name in nodes:
+                if name not in answers and clients[name].service_is_ready():
+                    answers[name] = clients[name].call_async(GetParameters.Request(names=["scenario"]))
+            self._spinner.once(DISCOVERY_POLL_S)
+        return [name for name in nodes if name not in answers or not answers[name].done()]
 
     def _on_step_done(self, member: str, msg: StepDone) -> None:
         self._barrier.add(done_from_msg(msg, member))

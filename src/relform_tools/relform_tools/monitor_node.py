@@ -120,7 +120,7 @@ def monitoring(
     """A monitor in this process, while the block runs; ``watch`` is called again and again while it waits."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = rclpy.create_node("monitor", start_parameter_services=False, enable_rosout=False)
+        node = rclpy.create_node("monitor", enable_rosout=False)
         yield Monitor(node, Spinner(node, watch), scenario, observers, on_step)
     finally:
         try_shutdown()
