@@ -13,7 +13,7 @@ MANIFESTS = {path.parent.name: ElementTree.parse(path).getroot() for path in SOU
 PYTHON_PACKAGES = sorted(path.parent.name for path in SOURCES.glob("*/setup.py"))
 
 # Whoever reads a bag has serialized messages to read.
-READERS_OF_BAGS = {"relform_tools.flight_reader"}
+READERS_OF_BAGS = {"relform_tools.flight_reader", "relform_tools.replay_reader"}
 
 IMPORT_WITHOUT_ROS = """
 import importlib, sys
@@ -44,6 +44,7 @@ ROSDEP_KEYS = {
     "rich": "python3-rich",
     "ruamel": "python3-ruamel.yaml",
     "scipy": "python3-scipy",
+    "threadpoolctl": "python3-threadpoolctl",
     "zstandard": None,
 }
 

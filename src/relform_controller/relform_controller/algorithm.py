@@ -83,8 +83,18 @@ class ModifiedRti:
         geometry: TeamGeometry,
         reference: HorizonReference,
         applied_thrusts: Array,
+        sqp_steps: int | None = None,
     ) -> tuple[Plan, SolverReport]:
-        """The plan for what was measured; the guess itself if the problem cannot be solved."""
+        """The plan for what was measured; if an SQP step fails, what there was before it.
+
+        Args:
+            guess: what was prepared.
+            initial_states: state of each vehicle in its own {mi}, shape (vehicle, N_STATE).
+            geometry: where the {mi} frames are measured to be.
+            reference: what to track.
+            applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
+            sqp_steps: take so many SQP steps, as a recorded flight did; None: as many as the limits allow.
+        """
         begin = self._clock()
         first_solve = not self._started
         tolerance = self._config.kkt_tolerance_start if first_solve else self._config.kkt_tolerance
@@ -101,12 +111,15 @@ class ModifiedRti:
                 failure = str(error)
                 break
             plan = steps[-1].plan
-            in_time = first_solve or self._clock() - begin < self._time_budget
-            if steps[-1].kkt < tolerance or len(steps) >= steps_max or not in_time:
+            if sqp_steps is not None:
+                enough = len(steps) >= sqp_steps
+            else:
+                in_time = first_solve or self._clock() - begin < self._time_budget
+                enough = steps[-1].kkt < tolerance or len(steps) >= steps_max or not in_time
+            if enough:
                 break
         self._started = self._started or not failure
         if failure:
-            plan = guess
             state = SolverState.FALLBACK
         else:
             state = SolverState.SOLVED if steps[-1].kkt < tolerance else SolverState.STEP_LIMIT

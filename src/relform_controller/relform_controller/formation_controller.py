@@ -108,15 +108,18 @@ class FormationController:
         """
         self._formation.request(formation)
 
-    def step(self, measurements: TeamMeasurements) -> Decision:
+    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision:
         """`feedback`, then `prepare_next`."""
-        decision = self.feedback(measurements)
+        decision = self.feedback(measurements, sqp_steps)
         self.prepare_next()
         return decision
 
-    def feedback(self, measurements: TeamMeasurements) -> Decision:
+    def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision:
         """Decide on the rotor speeds of the interval that starts at the instant of the measurements.
 
+        Args:
+            measurements: of all vehicles at one instant.
+            sqp_steps: number of SQP steps to take, as a recorded flight did; None: as the limits allow.
         Raises:
             FlightError: the first measurements do not suffice to start.
         """
@@ -132,7 +135,7 @@ class FormationController:
             guess = hover_plan(feedback.initial_states, self._hover_thrust, self._ocp.n_stages)
             self._solver.prepare(guess, feedback.geometry)
         self._plan, report = self._solver.solve(
-            guess, feedback.initial_states, feedback.geometry, reference, self._applied_thrusts
+            guess, feedback.initial_states, feedback.geometry, reference, self._applied_thrusts, sqp_steps
         )
         self._geometry = feedback.geometry
         self._applied_thrusts = self._plan.thrusts[:, 0]

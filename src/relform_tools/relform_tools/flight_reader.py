@@ -1,9 +1,10 @@
 """A recorded flight as a ``FlightLog``, from the bag alone."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rclpy.serialization import deserialize_message  # noqa: TID251  (a bag holds serialized messages)
+from rclpy.serialization import deserialize_message
 
 from relform_core.errors import BagError, ConfigError
 from relform_core.load import LoadedScenario, load_scenario
@@ -27,7 +28,7 @@ def read_flight_log(path: Path) -> FlightLog:
         for entry in read_bag(file):
             match entry:
                 case BagAttachment(name, text) if name == CONFIG_ATTACHMENT:
-                    builder = FlightLogBuilder(_load(text, file))
+                    builder = FlightLogBuilder(load_attached_scenario(text, file))
                 case BagMessage(topic, type_name, data) if builder is not None:
                     if FlightLogBuilder.needs(topic):
                         builder.add(topic, deserialize_message(data, message_class(type_name)))
@@ -41,12 +42,19 @@ def read_flight_log(path: Path) -> FlightLog:
         raise BagError(prefix + str(error).removeprefix(prefix)) from None
 
 
-def _load(text: str, file: Path) -> LoadedScenario:
+def load_attached_scenario(text: str, file: Path, overrides: Sequence[str] = ()) -> LoadedScenario:
+    """The scenario that is attached to a bag, with some keys changed.
+
+    Raises:
+        BagError: it is not usable.
+        ConfigError: an override is not.
+    """
     with TemporaryDirectory() as folder:
         path = Path(folder, CONFIG_ATTACHMENT)
         path.write_text(text, encoding="utf-8")
         try:
-            return load_scenario(path)
+            scenario = load_scenario(path)
         except ConfigError as error:
             reason = str(error).splitlines()[0].replace(str(path), f"its attachment {CONFIG_ATTACHMENT}")
-            raise BagError(reason) from None
+            raise BagError(f"{file}: {reason}") from None
+        return load_scenario(path, overrides) if overrides else scenario

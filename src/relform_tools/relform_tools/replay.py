@@ -1,0 +1,106 @@
+"""Counterfactual replay: recorded measurements into a controller, its decisions beside the recorded ones.
+
+The measurements stay what they were, whatever the controller now decides: the difference is that of single
+decisions, not of flights.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from threadpoolctl import threadpool_limits
+
+from relform_controller.formation_controller import FormationController
+from relform_core.load import LoadedScenario
+from relform_core.measurements import RotorCommand, TeamMeasurements
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+Floats = npt.NDArray[np.float64]
+Formation = Mapping[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True)
+class RecordedStep:
+    """One control step."""
+
+    measurements: TeamMeasurements
+    formation: Formation | None
+    """Accepted by the controller before this step."""
+    sqp_steps: int
+    commands: Mapping[str, RotorCommand]
+    """By vehicle."""
+
+
+@dataclass(frozen=True)
+class RecordedFlight:
+    """A flight as its controller saw it."""
+
+    file: Path
+    config_text: str
+    """The attached configuration."""
+    scenario: LoadedScenario
+    steps: tuple[RecordedStep, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """Decisions of a controller beside recorded ones."""
+
+    time: Floats
+    """[s], shape (step,)."""
+    vehicles: tuple[str, ...]
+    recorded: Floats
+    """Rotor speeds [rad/s], shape (step, vehicle, 4)."""
+    replayed: Floats
+    """Rotor speeds [rad/s], shape (step, vehicle, 4)."""
+    plans_equal: bool
+    """Whether the predicted sequences are equal too, bit for bit."""
+
+    @property
+    def difference(self) -> Floats:
+        """Replayed minus recorded rotor speeds [rad/s], shape (step, vehicle, 4)."""
+        return self.replayed - self.recorded
+
+    @property
+    def identical(self) -> bool:
+        """Whether every command is equal, bit for bit, its plan included."""
+        return self.plans_equal and np.array_equal(self.recorded, self.replayed)
+
+    @property
+    def first_difference(self) -> int | None:
+        """The first step with another command."""
+        steps = np.flatnonzero((self.recorded != self.replayed).any(axis=(1, 2)))
+        return int(steps[0]) if steps.size else None
+
+
+def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
+    """Feed what was recorded to a new controller.
+
+    Args:
+        flight: the recording. The formations that were set by hand are set again, and a controller with the
+            recorded configuration takes the recorded number of SQP steps.
+        scenario: for the controller; its team must be that of the recording.
+    Raises:
+        FlightError: the first measurements do not suffice to start.
+    """
+    vehicles = scenario.config.team.vehicles
+    replayed, plans_equal = [], True
+    impose_steps = scenario.config.controller == flight.scenario.config.controller
+    with threadpool_limits(limits=1, user_api="blas"):  # as in the leader node: else the last digits differ
+        controller = FormationController(scenario.config)
+        for step in flight.steps:
+            if step.formation is not None:
+                controller.set_formation(step.formation)
+            decision = controller.step(step.measurements, step.sqp_steps if impose_steps else None)
+            replayed.append([decision.commands[vehicle].speeds for vehicle in vehicles])
+            plans_equal &= all(
+                np.array_equal(decision.commands[vehicle].predicted_speeds, command.predicted_speeds)
+                for vehicle, command in step.commands.items()
+            )
+    stamps_ns = np.array([step.measurements.stamp_ns for step in flight.steps])
+    recorded = [[step.commands[vehicle].speeds for vehicle in vehicles] for step in flight.steps]
+    return Replay(
+        stamps_ns / NANOSECONDS_PER_SECOND, vehicles, np.array(recorded), np.array(replayed), plans_equal
+    )

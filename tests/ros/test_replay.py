@@ -1,0 +1,92 @@
+"""Counterfactual replay: recorded measurements into the controller of today."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from relform_core.units import rpm_to_rad_s
+from relform_tools.flight_reader import load_attached_scenario
+from relform_tools.replay import replay
+from relform_tools.replay_command import DIFFERENT, EQUAL, TROUBLE, main
+from relform_tools.replay_reader import RecordedFlight, read_recorded_flight
+
+WORKSPACE = Path(__file__).parents[2]
+SHORT_FLIGHT = WORKSPACE / "tests/data/short_flight"
+STEPS = 40
+
+
+@pytest.fixture(scope="module")
+def recorded() -> RecordedFlight:
+    return read_recorded_flight(SHORT_FLIGHT)
+
+
+def test_the_recording_is_read_whole(recorded: RecordedFlight) -> None:
+    assert [step.measurements.step for step in recorded.steps] == list(range(STEPS))
+    sight = [step.measurements.by_vehicle["follower_1"].range_bearing for step in recorded.steps]
+    lost = [step for step, each in enumerate(sight) if each is None]
+    assert lost
+    assert 14 <= min(lost) <= max(lost) < 32, "the scenario blinds follower_1 between 0.7 and 1.6 s"
+    assert all(set(step.commands) == {"leader", "follower_1", "follower_2"} for step in recorded.steps)
+
+
+def test_the_controller_of_today_decides_as_recorded(recorded: RecordedFlight) -> None:
+    # Another processor has other kernels in BLAS and another -march=native, so not bit for bit.
+    result = replay(recorded, recorded.scenario)
+    assert np.abs(result.difference).max() < rpm_to_rad_s(1e-3)
+
+
+def test_two_replays_are_equal_bit_for_bit(recorded: RecordedFlight) -> None:
+    first, second = (replay(recorded, recorded.scenario) for _ in range(2))
+    assert np.array_equal(first.replayed, second.replayed)
+
+
+def test_another_controller_decides_otherwise(recorded: RecordedFlight) -> None:
+    overrides = ["controller.weights.formation_per_m2=12.0"]
+    other = load_attached_scenario(recorded.config_text, recorded.file, overrides)
+    result = replay(recorded, other)
+    assert not result.identical
+    assert result.first_difference == 0
+    assert rpm_to_rad_s(1.0) < np.abs(result.difference).max()
+
+
+def test_a_bag_cut_off_gives_the_steps_before(recorded: RecordedFlight, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    whole = recorded.file.read_bytes()
+    cut.write_bytes(whole[: len(whole) * 3 // 4])
+    assert 0 < len(read_recorded_flight(cut).steps) < STEPS
+
+
+def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = tmp_path / "difference.png"
+    changed = ["--set", "controller.horizon_steps=12", "--plot", str(picture)]
+    assert main([str(SHORT_FLIGHT), *changed]) == DIFFERENT
+    assert "first other command is in step 0" in capsys.readouterr().out
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["nowhere"], "nowhere: no such file or folder"),
+        ([str(SHORT_FLIGHT), "--set", "controller.horizon=3"], "--set controller.horizon: unknown key"),
+        ([str(SHORT_FLIGHT), "--controller", "nowhere.yaml"], "nowhere.yaml: no such file"),
+        ([str(SHORT_FLIGHT / "metadata.yaml")], "metadata.yaml: not an MCAP file"),
+    ],
+)
+def test_bad_input_is_one_line(
+    arguments: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == TROUBLE
+    (line,) = capsys.readouterr().err.splitlines()
+    assert problem in line
+
+
+def test_a_fresh_recording_replays_bit_for_bit(tmp_path: Path) -> None:
+    """On the machine that recorded it, an unchanged controller gives every command again."""
+    scenario, run = SHORT_FLIGHT.with_suffix(".yaml"), tmp_path / "run"
+    command = [sys.executable, "scripts/fly.py", "--scenario", str(scenario), "--out", str(run)]
+    subprocess.run(command, cwd=WORKSPACE, check=True, capture_output=True)
+    assert main([str(run)]) == EQUAL
