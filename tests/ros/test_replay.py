@@ -55,7 +55,7 @@ def test_another_controller_decides_otherwise(recorded: RecordedFlight) -> None:
 def test_a_bag_cut_off_gives_the_steps_before(recorded: RecordedFlight, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     whole = recorded.file.read_bytes()
-    cut.write_bytes(whole[: len(whole) * 3 // 4])
+    cut.write_bytes(whole[: len(whole) // 2])
     assert 0 < len(read_recorded_flight(cut).steps) < STEPS
 
 
