@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from relform_core.errors import FlightError
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_tools.error_rows import STATISTICS, error_columns, error_rows
 from relform_tools.flight_log import FlightLog
@@ -19,7 +20,11 @@ SCRIPTS = (
     "base.js",
     "playback.js",
     "camera.js",
+    "brush.js",
+    "poses.js",
+    "drawing.js",
     "scene.js",
+    "grip.js",
     "plots.js",
     "timeline.js",
     "flight.js",
@@ -32,8 +37,11 @@ def write_flight_report(
     """Write the report of a flight.
 
     Raises:
+        FlightError: the flight has no control step.
         RelformError: it cannot be written.
     """
+    if not log.phase:
+        raise FlightError(f"{path}: no report: the flight has no control step")
     write_page(path, flight_page(log, ending, versions))
 
 

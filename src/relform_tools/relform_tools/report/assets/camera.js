@@ -2,6 +2,7 @@
 
 const FIELD_OF_VIEW = 0.6; // vertical [rad]
 const NEAR = 0.05; // [m]
+const DISTANCE_MIN = 9; // of a camera that fits its view to points [m]
 
 class Camera {
   constructor(azimuth, elevation) {
@@ -49,7 +50,7 @@ class Camera {
       this.update();
       const seen = points.map((point) => this.see(...point)).map(([x, y, ahead]) => [x, y, ahead - this.distance]);
       this.distance = Math.max(
-        ...seen.map(([x, y, beyond]) => Math.max(Math.abs(x) / slopeX, Math.abs(y) / slopeY) * margin - beyond), 1);
+        ...seen.map(([x, y, beyond]) => Math.max(Math.abs(x) / slopeX, Math.abs(y) / slopeY) * margin - beyond), DISTANCE_MIN);
       const middle = (values) => (Math.min(...values) + Math.max(...values)) / 2;
       const shiftX = middle(seen.map(([x, , beyond]) => x / (this.distance + beyond))) * this.distance;
       const shiftY = middle(seen.map(([, y, beyond]) => y / (this.distance + beyond))) * this.distance;

@@ -1,7 +1,7 @@
 // The page of one flight: everything put together.
 
 const flight = new Flight(page);
-const playback = new Playback(flight.tick[0], flight.tick.at(-1), page.period);
+const playback = new Playback(flight.tick[0], Math.max(flight.tick.at(-1), flight.tick[0] + page.period), page.period);
 const plots = new Plots(byId("plots"), flight, playback);
 const timeline = new Timeline(byId("timeline"), flight, playback, plots);
 const scene = new Scene(byId("scene"), flight, playback);
@@ -40,7 +40,7 @@ const linkRows = page.pairs.map(({ name }) => {
 });
 const showLinks = () => linkRows.forEach(({ swatch, output }, pair) => {
   const error = flight.error[flight.stepAt(playback.time) * page.pairs.length + pair];
-  swatch.style.background = scene.linkColour(error);
+  swatch.style.background = scene.drawing.linkColour(error);
   output.textContent = Number.isFinite(error) ? `${error.toFixed(3)} m` : "–";
 });
 playback.onChange(showLinks);

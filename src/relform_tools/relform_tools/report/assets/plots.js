@@ -119,7 +119,7 @@ class Plot {
   // ---- drawing
 
   draw() {
-    this.width = this.figure.clientWidth;
+    this.width = this.svg.getBoundingClientRect().width;
     if (!this.width) return;
     const { svg, data, plots, width } = this, [from, to] = plots.window, { step } = plots.flight;
     const first = indexAt(step, from), last = Math.min(indexAt(step, to) + 1, step.length - 1);
@@ -143,7 +143,8 @@ class Plot {
       make(svg, "text", { class: "tick", x: LEFT - 6, y: y + 3.5, "text-anchor": "end" }, tickText(tick));
     }
     for (const tick of linearTicks(from, to, width / 70)) {
-      make(svg, "text", { class: "tick", x: this.x(tick), y: PLOT_HEIGHT - 4, "text-anchor": "middle" }, `${tickText(tick)}${tick === 0 ? " s" : ""}`);
+      const x = this.x(tick), anchor = x > width - RIGHT - 12 ? "end" : "middle"; // the last one is not cut off
+      make(svg, "text", { class: "tick", x, y: PLOT_HEIGHT - 4, "text-anchor": anchor }, `${tickText(tick)}${tick === 0 ? " s" : ""}`);
     }
 
     // A nested svg clips what is in it.

@@ -20,6 +20,12 @@ class Timeline {
     flight.data.phases.forEach(({ name, title, start, steady, end }, index) => {
       make(svg, "rect", { class: index % 2 ? "phase odd" : "phase", x: x(start), y: 0, width: x(end) - x(start), height });
       if (end > steady) make(svg, "rect", { class: "steady", x: x(steady), y: 0, width: x(end) - x(steady), height: 3 });
+    });
+    if (plots.zoomed) {
+      const [from, to] = plots.window;
+      make(svg, "rect", { class: "window", x: x(from), y: 1, width: x(to) - x(from), height: height - 2 });
+    }
+    flight.data.phases.forEach(({ name, title, start, end }) => {
       const label = make(svg, "text", { class: "phase-name", x: x(start) + 6, y: 16 }, name);
       if (x(end) - x(start) > 8 * title.length + 24) make(label, "tspan", { class: "phase-title", dx: 6 }, title);
     });
@@ -31,10 +37,6 @@ class Timeline {
     const y = (error) => height - 1 - error / top * (height - 22);
     const points = largest.map((error, step) => `${x(flight.step[step]).toFixed(1)} ${y(error).toFixed(1)}`);
     make(svg, "path", { class: "spark", d: `M0 ${height}L${points.join("L")}L${width} ${height}Z` });
-    if (plots.zoomed) {
-      const [from, to] = plots.window;
-      make(svg, "rect", { class: "window", x: x(from), y: 1, width: x(to) - x(from), height: height - 2 });
-    }
     this.cursor = make(svg, "line", { class: "cursor", y1: 0, y2: height });
     this.place = x;
     this.showTime();

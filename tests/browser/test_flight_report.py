@@ -1,0 +1,401 @@
+"""The report of a flight in a browser: what the hand does to it, and what the eye then gets to see."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Locator, Page
+
+from relform_tools.flight_log import FlightLog
+from relform_tools.metrics import formation_errors, scored_pairs
+from relform_tools.report.flight_page import write_flight_report
+from relform_tools.report.flight_source import ending_from_log
+from support.logs import perfect_builder
+from support.scenarios import paper_scenario
+
+from .conftest import LAPTOP, Tab
+
+PHASES = ["A"] * 20 + ["B"] * 80
+END = 5.0
+PERIOD = 0.05
+
+
+@pytest.fixture(scope="module")
+def log() -> FlightLog:
+    """Five seconds along an arc, with errors that grow."""
+    log = perfect_builder(paper_scenario(), PHASES).build()
+    time = log.tick_ns / 1e9
+    arc = np.stack([6.0 * np.sin(0.3 * time), 6.0 - 6.0 * np.cos(0.3 * time), 0.2 * time], axis=-1)
+    log.p_NB_N[:] += arc[:, None, :]
+    log.p_NB_N[:, 2] += 0.03 * time[:, None]
+    log.leader_p_NB_N__ref[:] += arc[:-1]
+    log.rotor_speeds[:] += 60.0 * np.sin(7.0 * time[:-1, None, None])
+    log.solver["kkt"][:] = np.geomspace(1e-2, 30.0, len(PHASES))
+    return log
+
+
+@pytest.fixture(scope="module")
+def report(log: FlightLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_flight_report(path, log, ending_from_log(log), {"relform": "0.1.0"})
+    return path
+
+
+@pytest.fixture
+def page(tab: Tab, report: Path) -> Page:
+    tab.page.goto(report.as_uri())
+    settle(tab.page)
+    return tab.page
+
+
+def settle(page: Page) -> None:
+    """Wait until what was asked for has been drawn."""
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def wait_until(page: Page, condition: str) -> None:
+    """Wait for a condition on the page, whose security policy lets it evaluate none by itself."""
+    for _ in range(200):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(25)
+    raise AssertionError(f"did not happen: {condition}")
+
+
+def time_of(page: Page) -> float:
+    return float(page.locator("#now").inner_text().removesuffix(" s"))
+
+
+def seats(page: Page) -> Any:
+    """Where the vehicles are on the screen, shape (n, 2)."""
+    return np.array(page.evaluate("relform.scene.drawing.onScreen"))
+
+
+def colours_around(page: Page, place: Any) -> set[tuple[int, ...]]:
+    """Colours in the scene near a place in it."""
+    code = """([x, y]) => {
+        const {canvas, ratio} = relform.scene;
+        const copy = new OffscreenCanvas(12, 12).getContext("2d");
+        copy.drawImage(canvas, (x - 6) * ratio, (y - 6) * ratio, 12 * ratio, 12 * ratio, 0, 0, 12, 12);
+        return [...copy.getImageData(0, 0, 12, 12).data];
+    }"""
+    data = np.array(page.evaluate(code, [float(value) for value in place])).reshape(-1, 4)
+    return {tuple(map(int, pixel[:3])) for pixel in data if pixel[3] == 255}
+
+
+def cursors(page: Page) -> list[float]:
+    """Place of the cursor in each plot, in seconds."""
+    return [
+        float(value)
+        for value in page.evaluate(
+            """relform.plots.panels.map(plot => {
+                const at = Number(plot.cursor.getAttribute("transform").match(/\\(([-0-9.]+)/)[1]);
+                return plot.time(at + plot.svg.getBoundingClientRect().left);
+            })"""
+        )
+    ]
+
+
+def ticks(page: Page) -> list[str]:
+    """What the time axes say, one text per plot."""
+    plots = page.locator(".plot svg:not(svg svg)")
+    return [" ".join(plot.locator("text.tick[y='122']").all_text_contents()) for plot in plots.all()]
+
+
+def box(locator: Locator) -> dict[str, float]:
+    found = locator.bounding_box()
+    assert found is not None
+    return dict(found)
+
+
+def background(page: Page) -> int:
+    colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    return sum(map(int, re.findall(r"\d+", colour)))
+
+
+def test_loads_within_a_second(page: Page, report: Path) -> None:
+    assert report.stat().st_size < 1_000_000
+    milliseconds = page.evaluate("performance.getEntriesByType('navigation')[0].loadEventEnd")
+    assert 0.0 < milliseconds < 1000.0
+    assert page.locator("canvas").count() == 1
+    assert page.locator(".plot").count() == len(page.evaluate("relform.flight.data.panels"))
+
+
+def test_first_screen_of_a_laptop_has_numbers_scene_and_playback(page: Page) -> None:
+    for part in (".tiles", "#scene", "#play", "#timeline"):
+        place = box(page.locator(part))
+        assert place["y"] + place["height"] <= LAPTOP["height"], part
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_slider_moves_the_vehicles(page: Page, log: FlightLog) -> None:
+    before = seats(page)
+    picture = page.evaluate("relform.scene.canvas.toDataURL()")
+    line = box(page.locator("#timeline"))
+    page.mouse.click(line["x"] + 0.7 * line["width"], line["y"] + 10)
+    settle(page)
+    assert time_of(page) == pytest.approx(0.7 * END, abs=0.05)
+    assert np.linalg.norm(seats(page) - before, axis=-1).min() > 20.0
+    assert page.evaluate("relform.scene.canvas.toDataURL()") != picture
+    np.testing.assert_allclose(cursors(page), time_of(page), atol=0.02)
+
+
+def test_vehicles_are_where_the_truth_says(page: Page, log: FlightLog) -> None:
+    for tick in (0, 33, 100):
+        page.evaluate(f"relform.playback.seek({tick * PERIOD})")
+        poses = page.evaluate(f"relform.flight.poses({tick * PERIOD})")
+        np.testing.assert_allclose([pose["position"] for pose in poses], log.p_NB_N[tick], atol=1e-4)
+    between = page.evaluate(f"relform.flight.poses({40.25 * PERIOD})")
+    expected = 0.75 * log.p_NB_N[40] + 0.25 * log.p_NB_N[41]
+    np.testing.assert_allclose([pose["position"] for pose in between], expected, atol=1e-4)
+
+
+def test_vehicles_are_drawn_with_their_colours_and_attitude(page: Page) -> None:
+    page.keyboard.press("f")
+    page.evaluate("relform.playback.seek(2.0)")
+    settle(page)
+    colours = page.evaluate("relform.scene.drawing.vehicleColours")
+    for place, colour in zip(seats(page), colours, strict=True):
+        wanted = tuple(int(colour[at : at + 2], 16) for at in (1, 3, 5))
+        assert wanted in colours_around(page, place)
+    axes = np.array(page.evaluate("relform.flight.poses(2.0)[0].axes"))
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-6)
+    # Roll -4 deg, pitch 7 deg: body x points down by 7 deg, body y down by 4 deg.
+    np.testing.assert_allclose(
+        axes[:2, 2], [-np.sin(np.radians(7)), -np.cos(np.radians(7)) * np.sin(np.radians(4))], atol=1e-5
+    )
+
+
+def test_play_goes_on_in_real_time_and_stops_at_the_end(page: Page) -> None:
+    page.locator("#play").click()
+    wait_until(page, "relform.playback.time > 0.3")
+    assert page.locator("#play").get_attribute("aria-label") == "Pause"
+    page.keyboard.press(" ")
+    held = time_of(page)
+    page.wait_for_timeout(100)
+    assert time_of(page) == held
+    page.locator("#speed").select_option("8")
+    page.keyboard.press(" ")
+    wait_until(page, "!relform.playback.playing")
+    assert time_of(page) == END
+    page.keyboard.press(" ")  # once more from the start
+    wait_until(page, "relform.playback.playing && relform.playback.time < 4")
+
+
+def test_speed_is_that_of_the_clock(page: Page) -> None:
+    page.locator("#speed").select_option("0.5")
+    elapsed = page.evaluate(
+        """() => new Promise(done => {
+            let first = null;
+            relform.playback.play();
+            const frame = now => {
+                const time = relform.playback.time;
+                if (time > 0.1 && first === null) first = [now, time];
+                if (first !== null && now - first[0] > 600) done((time - first[1]) / (now - first[0]) * 1000);
+                else requestAnimationFrame(frame);
+            };
+            requestAnimationFrame(frame);
+        })"""
+    )
+    assert elapsed == pytest.approx(0.5, rel=0.25)
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        (["ArrowRight"], 2.05),
+        (["ArrowLeft", "ArrowLeft"], 1.9),
+        (["Shift+ArrowRight"], 3.0),
+        (["Home"], 0.0),
+        (["End"], END),
+        (["2"], 1.0),
+        (["Home", "ArrowLeft"], 0.0),
+    ],
+)
+def test_keys_set_the_time(page: Page, keys: list[str], expected: float) -> None:
+    page.evaluate("relform.playback.seek(2.0)")
+    for key in keys:
+        page.keyboard.press(key)
+    assert time_of(page) == pytest.approx(expected)
+    assert page.locator("#phase").inner_text().startswith("B" if expected >= 1.0 else "A")
+
+
+def test_keys_when_the_slider_has_the_focus(page: Page) -> None:
+    page.locator("#time").focus()
+    page.keyboard.press("ArrowRight")
+    assert time_of(page) == pytest.approx(PERIOD)
+
+
+def test_speeds_by_key(page: Page) -> None:
+    page.keyboard.press("]")
+    assert page.locator("#speed").input_value() == "2"
+    for _ in range(9):
+        page.keyboard.press("[")
+    assert page.locator("#speed").input_value() == "0.1"
+
+
+def test_help_names_the_keys(page: Page) -> None:
+    page.keyboard.press("?")
+    assert page.locator("#keys").is_visible()
+    page.keyboard.press("Escape")
+    assert not page.locator("#keys").is_visible()
+
+
+def drag(page: Page, locator: Locator, first: float, second: float) -> None:
+    """Across a plot, from one part of its width to another."""
+    place = box(locator)
+    y = place["y"] + 0.5 * place["height"]
+    page.mouse.move(place["x"] + first * place["width"], y)
+    page.mouse.down()
+    page.mouse.move(place["x"] + second * place["width"], y, steps=5)
+    page.mouse.up()
+    settle(page)
+
+
+def test_zoom_in_one_plot_is_zoom_in_all(page: Page) -> None:
+    second = page.locator(".plot > svg").nth(1)
+    whole = ticks(page)
+    drag(page, second, 0.4, 0.7)
+    zoomed = ticks(page)
+    assert len(set(zoomed)) == len(set(whole)) == 1
+    assert zoomed != whole
+    low, high = page.evaluate("relform.plots.window")
+    width = box(second)["width"]
+    inner = width - 56.0  # without the margins
+    assert low == pytest.approx((0.4 * width - 46.0) / inner * END, abs=0.02)
+    assert high == pytest.approx((0.7 * width - 46.0) / inner * END, abs=0.02)
+    page.locator("#unzoom").click()
+    assert ticks(page) == whole
+    drag(page, second, 0.4, 0.7)
+    second.dblclick()
+    assert ticks(page) == whole
+    assert page.locator("#unzoom").is_hidden()
+
+
+def test_click_on_a_plot_sets_the_time_and_the_cursor_can_be_dragged(page: Page) -> None:
+    plot = page.locator(".plot > svg").nth(2)
+    place = box(plot)
+    plot.click(position={"x": 46.0 + 0.5 * (place["width"] - 56.0), "y": 60.0})
+    assert time_of(page) == pytest.approx(0.5 * END, abs=0.02)
+    here, there = (46.0 + part * (place["width"] - 56.0) for part in (0.5, 0.8))
+    drag(page, plot, here / place["width"], there / place["width"])
+    assert time_of(page) == pytest.approx(0.8 * END, abs=0.03)
+    assert page.evaluate("relform.plots.window") == [0.0, END]
+
+
+def test_legends_tell_the_values_at_the_cursor(page: Page, log: FlightLog) -> None:
+    errors = formation_errors(log, scored_pairs(log.scenario.config.team))
+    step = 77
+    page.evaluate(f"relform.playback.seek({step * PERIOD})")
+    expected = [f"{error:.3f}" for error in errors[step]]
+    legend = page.locator(".plot").first.locator(".legend output")
+    assert legend.all_inner_texts() == expected
+    assert page.locator("#key .link output").all_inner_texts() == [f"{error} m" for error in expected]
+    place = box(page.locator(".plot > svg").first)  # what the mouse points at goes before
+    page.mouse.move(place["x"] + 46.0 + 0.301 * (place["width"] - 56.0), place["y"] + 60.0)
+    assert legend.all_inner_texts() == [f"{error:.3f}" for error in errors[30]]
+    page.mouse.move(5.0, 5.0)
+    assert legend.all_inner_texts() == expected
+
+
+def test_lines_can_be_hidden(page: Page) -> None:
+    plot = page.locator(".plot").first
+    button = plot.locator(".legend button").nth(1)
+    assert plot.locator("path.line").count() == 3
+    button.click()
+    assert plot.locator("path.line").count() == 2
+    assert button.get_attribute("aria-pressed") == "false"
+    button.click()
+    assert plot.locator("path.line").count() == 3
+
+
+def test_lines_are_drawn_to_scale(page: Page, log: FlightLog) -> None:
+    """The logarithmic plot of the KKT value, from the pixels of its path back to the numbers."""
+    plot = page.locator(".plot", has=page.get_by_role("heading", name="Solver: KKT value"))
+    path = plot.locator("path.line").nth(1).get_attribute("d") or ""
+    points = np.array(re.findall(r"[ML](\S+?) (\S+?)(?=[ML]|$)", path), dtype=float)
+    marks = plot.locator("text.tick[text-anchor=end][x='40']")
+    known = {
+        float(mark.text_content() or 0): float(mark.get_attribute("y") or 0) - 3.5 for mark in marks.all()
+    }
+    (low, y_low), *_, (high, y_high) = known.items()
+    values = low * (high / low) ** ((points[:, 1] - y_low) / (y_high - y_low))
+    np.testing.assert_allclose(values, log.solver["kkt"], rtol=0.02)
+
+
+def test_views_can_be_exchanged_and_turned(page: Page) -> None:
+    far = seats(page)
+    page.keyboard.press("f")
+    settle(page)
+    assert page.locator("#follow").get_attribute("aria-pressed") == "true"
+    near = seats(page)
+    assert np.ptp(near, axis=0).max() > 2.0 * np.ptp(far, axis=0).max()
+    scene = box(page.locator("#scene"))
+    page.mouse.move(scene["x"] + 300.0, scene["y"] + 300.0)
+    page.mouse.down()
+    page.mouse.move(scene["x"] + 400.0, scene["y"] + 320.0, steps=4)
+    page.mouse.up()
+    settle(page)
+    assert np.abs(seats(page) - near).max() > 20.0
+    page.keyboard.press("r")
+    settle(page)
+    np.testing.assert_allclose(seats(page), near, atol=0.01)
+
+
+def test_follow_keeps_the_team_in_the_middle(page: Page) -> None:
+    page.keyboard.press("f")
+    middles = []
+    for time in (0.5, 2.5, 4.5):
+        page.evaluate(f"relform.playback.seek({time})")
+        settle(page)
+        middles.append(seats(page).mean(axis=0))
+    scene = box(page.locator("#scene"))
+    np.testing.assert_allclose(middles, [[scene["width"] / 2, scene["height"] / 2]] * 3, atol=25.0)
+
+
+@pytest.mark.parametrize("tab", ["light", "dark"], indirect=True)
+def test_dark_and_light_as_preferred_and_by_hand(page: Page) -> None:
+    preferred = page.evaluate("matchMedia('(prefers-color-scheme: dark)').matches")
+    assert (background(page) < 200) is preferred
+    ink = page.evaluate("relform.scene.drawing.colours.ink")
+    page.locator("#theme").click()
+    assert (background(page) < 200) is not preferred
+    assert page.evaluate("relform.scene.drawing.colours.ink") != ink
+    page.keyboard.press("t")
+    assert (background(page) < 200) is preferred
+
+
+def test_playback_is_smooth(page: Page) -> None:
+    """A frame of the scene and all cursors takes a small part of the 16 ms that a screen gives it."""
+    median = page.evaluate(
+        """() => {
+            const times = Array.from({length: 40}, (_, index) => {
+                const begin = performance.now();
+                relform.playback.seek(index * 0.1);
+                relform.scene.draw();
+                return performance.now() - begin;
+            });
+            return times.sort((a, b) => a - b)[20];
+        }"""
+    )
+    assert median < 16.0
+
+
+@pytest.mark.parametrize("width", [1920, 1024, 480])
+def test_every_width_has_its_layout(page: Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 768})
+    settle(page)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert box(page.locator("#scene"))["width"] > 0.4 * min(width, 1600)
+
+
+def test_one_step_is_a_flight_too(tab: Tab, tmp_path: Path) -> None:
+    log = perfect_builder(paper_scenario(), ["A"]).build()
+    write_flight_report(tmp_path / "report.html", log, ending_from_log(log), {})
+    tab.page.goto((tmp_path / "report.html").as_uri())
+    settle(tab.page)
+    assert tab.page.get_by_role("alert").inner_text().startswith("The flight did not complete.")
+    tab.page.keyboard.press("End")
+    assert time_of(tab.page) == PERIOD
