@@ -9,8 +9,9 @@ import pytest
 
 from relform_controller import layout
 from relform_controller.algorithm import ModifiedRti, SolverReport, SolverState
+from relform_controller.box_qp import QpError
 from relform_controller.kernels import Kernels
-from relform_controller.ocp import Plan
+from relform_controller.ocp import Plan, TeamGeometry
 from relform_controller.rti import RealTimeIteration
 from relform_controller.warm_start import hover_plan
 from support.problems import random_problem
@@ -113,6 +114,16 @@ def test_the_time_budget_does_not_hold_at_the_start() -> None:
     assert solve(solver)[1].state is SolverState.SOLVED
 
 
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_replay_takes_as_many_steps_as_were_recorded_whatever_the_limits(count: int) -> None:
+    solver = started(make_solver(flight=(1e12, 2), time_budget=0.0))
+    plan, report = solver.solve(
+        GUESS, PROBLEM.initial_states, GEOMETRY, PROBLEM.reference, PROBLEM.applied_thrusts, count
+    )
+    assert report.sqp_steps == count
+    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(count).thrusts)
+
+
 def test_times_are_reported() -> None:
     solver = make_solver(start=(1e12, 50), tick=0.25)
     solver.prepare(GUESS, GEOMETRY)
@@ -165,6 +176,27 @@ def test_a_failed_preparation_is_told_in_the_step_that_it_was_for() -> None:
     assert (report.state, report.fallback_reason) == (SolverState.FALLBACK, "the Hessian is not finite")
     solver.prepare(GUESS, GEOMETRY)
     assert solve(solver)[1].state is not SolverState.FALLBACK
+
+
+def test_a_failure_after_a_good_step_flies_what_that_step_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    solver = started(make_solver(flight=(1e-12, 3)))
+    prepare = RealTimeIteration.prepare
+
+    def fail(rti: RealTimeIteration, guess: Plan, geometry: TeamGeometry) -> None:
+        raise QpError("the Hessian is not positive definite")
+
+    expected = steps_by_hand(1)
+    monkeypatch.setattr(RealTimeIteration, "prepare", fail)  # the first step is prepared already
+    plan, report = solve(solver)
+    np.testing.assert_array_equal(plan.thrusts, expected.thrusts)
+    assert (report.state, report.sqp_steps) == (SolverState.FALLBACK, 1)
+    assert report.fallback_reason == "the Hessian is not positive definite"
+    assert math.isfinite(report.kkt)
+    monkeypatch.setattr(RealTimeIteration, "prepare", prepare)
+    solver.prepare(GUESS, GEOMETRY)
+    assert solve(solver)[1].state is SolverState.STEP_LIMIT
 
 
 def test_a_start_that_failed_is_a_start_again() -> None:

@@ -123,6 +123,10 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
         ("vehicle=12", "vehicle: must be a mapping of keys to values (got 12)"),
         ("lockstep.on_vehicle_lost=continue", "lockstep.on_vehicle_lost: must be 'abort' (got 'continue')"),
         ("name=Bad Name", "name: must match pattern '^[a-z][a-z0-9_]*$' (got 'Bad Name')"),
+        (
+            "formations_m={Vee: {follower_1: [-1, 0, 0], follower_2: [-2, 0, 0]}}",
+            "formations_m.Vee: must match pattern '^[a-z][a-z0-9_]*$' (got 'Vee')",
+        ),
         ("title=" + "x" * 500, f"title: must have at most 64 characters (got '{'x' * 56}...)"),
         ("phases=[]", "phases: must have at least 1 item(s) (got [])"),
         (

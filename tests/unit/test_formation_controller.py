@@ -3,12 +3,13 @@
 import copy
 import dataclasses
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_controller.algorithm import SolverState
+from relform_controller.algorithm import ModifiedRti, SolverState
 from relform_controller.formation_controller import FormationController
 from relform_core.errors import ConfigError, FlightError
 from relform_core.measurements import TeamMeasurements
@@ -90,6 +91,21 @@ def test_decisions_of_the_past_stay_as_they_were() -> None:
         )
     for pair, kept_pair in zip(first.pairs, kept.pairs, strict=True):
         np.testing.assert_array_equal(pair.p_B1B2_C1__est, kept_pair.p_B1B2_C1__est)
+
+
+def test_the_change_of_thrust_is_counted_from_what_was_commanded(monkeypatch: pytest.MonkeyPatch) -> None:
+    applied: list[np.ndarray] = []
+    solve = ModifiedRti.solve
+
+    def listen(solver: ModifiedRti, *arguments: Any) -> Any:
+        applied.append(arguments[4])
+        return solve(solver, *arguments)
+
+    monkeypatch.setattr(ModifiedRti, "solve", listen)
+    decisions = replay(FormationController(CONFIG), MEASURED[:6])
+    np.testing.assert_array_equal(applied[0], np.full((3, 4), CONFIG.vehicle.hover_thrust))
+    thrusts = CONFIG.vehicle.thrust_coefficient * all_speeds(decisions) ** 2
+    np.testing.assert_allclose(applied[1:], thrusts[:-1])
 
 
 def test_commands_are_complete_and_within_the_limits() -> None:

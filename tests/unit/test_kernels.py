@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relform_controller import layout
+from relform_controller import kernels, layout
 from relform_controller.kernels import Kernels
 from relform_controller.ocp import Ocp
 from relform_core.errors import RelformError
@@ -64,6 +64,14 @@ def test_another_problem_is_compiled_and_the_first_one_kept(compiler: Compiler, 
     Kernels(Ocp.from_config(heavier))
     assert compiler.count == 2
     assert len(list((tmp_path / "cache/relform").iterdir())) == 2
+    Kernels(SMALL)
+    assert compiler.count == 2
+
+
+def test_another_processor_needs_other_kernels(compiler: Compiler, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Home folders are shared between machines, and the code is compiled for one of them."""
+    Kernels(SMALL)
+    monkeypatch.setattr(kernels, "_cpu", lambda: "another processor")
     Kernels(SMALL)
     assert compiler.count == 2
 
@@ -133,13 +141,13 @@ def test_a_cache_that_cannot_be_written(
 
 
 def test_one_call_evaluates_all_items_and_outputs_are_used_again() -> None:
-    kernels = Kernels(SMALL)
+    compiled = Kernels(SMALL)
     generator = np.random.default_rng(5)
     states = generator.uniform(-0.5, 0.5, (2, layout.N_STATE))
     thrusts = random_thrusts_of_team(5, SMALL, 1.75)[:, 0]
-    (following,) = kernels.predict(states, thrusts)
+    (following,) = compiled.predict(states, thrusts)
     first = following.copy()
     np.testing.assert_allclose(first, simulate(SMALL, states, thrusts[:, None])[:, 1], atol=1e-13)
-    (again,) = kernels.predict(states[::-1], thrusts[::-1])
+    (again,) = compiled.predict(states[::-1], thrusts[::-1])
     assert again is following
     np.testing.assert_array_equal(again, first[::-1])

@@ -86,6 +86,43 @@ def test_variance_is_that_of_the_sensor_noise(seed: int) -> None:
     assert abs(np.mean(errors)) < 4 * math.sqrt(exact.variance / 4000)
 
 
+def test_variance_of_a_sensor_that_is_good_in_one_direction_only() -> None:
+    """Steep sight from tilted vehicles: each error of each sensor turns the heading in its own way."""
+    generator = np.random.default_rng(12)
+    std = np.array([0.3, 0.002, 0.02])  # of range, azimuth and elevation
+    first = TrueVehicle(np.zeros(3), Rotation.from_euler("ZYX", [0.4, 0.6, -0.5]), np.zeros(3), np.zeros(3))
+    second = TrueVehicle(
+        np.array([1.5, -2.0, 2.5]), Rotation.from_euler("ZYX", [-2.0, -0.7, 0.8]), np.zeros(3), np.zeros(3)
+    )
+    R_C1B1, R_C2B2 = rotation_CB(-0.5, 0.6), rotation_CB(0.8, -0.7)
+
+    def measured(observer: TrueVehicle, target: TrueVehicle, draw: np.ndarray) -> RangeBearing:
+        true = sight(observer, target, "other")
+        errors = std * draw
+        return RangeBearing(
+            "other",
+            true.range + errors[0],
+            true.azimuth + errors[1],
+            true.elevation + errors[2],
+            np.diag(std**2),
+        )
+
+    estimates = [
+        yaw_from_mutual_sight(
+            measured(first, second, generator.standard_normal(3)),
+            R_C1B1,
+            measured(second, first, generator.standard_normal(3)),
+            R_C2B2,
+        )
+        for _ in range(4000)
+    ]
+    zero = np.zeros(3)
+    exact = yaw_from_mutual_sight(
+        measured(first, second, zero), R_C1B1, measured(second, first, zero), R_C2B2
+    )
+    assert np.var([estimate.yaw for estimate in estimates]) == pytest.approx(exact.variance, rel=0.15)
+
+
 def test_covariance_of_the_position_is_a_ball_for_small_noise() -> None:
     """The sensor is as good across the line of sight as along it, whatever the bearing."""
     bearing = sight(*random_team(np.random.default_rng(8), 2, tilt_max=0.7), "b")
