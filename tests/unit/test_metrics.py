@@ -11,12 +11,14 @@ from relform_tools.flight_log import FlightLogBuilder
 from relform_tools.metrics import (
     Distribution,
     flight_metrics,
+    follower_yaw_errors,
     formation_errors,
     leader_errors,
     relative_positions,
     scored_pairs,
     separation_min,
     steady_steps,
+    tilts,
     yaw_of,
 )
 from support.logs import decision, odometry, perfect_builder
@@ -172,3 +174,18 @@ def test_no_flight_has_no_numbers() -> None:
     assert math.isnan(metrics.separation_min)
     assert math.isnan(metrics.rotors.saturated_fraction)
     assert math.isnan(metrics.solver.step_time_max)
+
+
+def test_yaw_of_followers_is_relative_to_the_leader() -> None:
+    log = one_step(PLACE_1, PLACE_2, yaw_2=-170.0).build()  # the leader at 90 deg, F1 at -33 deg
+    np.testing.assert_allclose(np.degrees(follower_yaw_errors(log)), [[123.0, 100.0]], atol=1e-9)
+    score = flight_metrics(log).score.follower_yaw
+    assert math.degrees(score.all.mean) == pytest.approx(111.5)
+
+
+def test_tilt_is_the_angle_of_body_z_to_the_vertical() -> None:
+    angles = [(50.0, 0.0, 12.0), (-20.0, -31.0, 0.0), (170.0, 20.0, -35.0)]
+    quaternions = np.array([odometry(0, (0.0, 0.0, 1.0), *each).q_NB for each in angles])
+    both = math.degrees(math.acos(math.cos(math.radians(20.0)) * math.cos(math.radians(35.0))))
+    np.testing.assert_allclose(np.degrees(tilts(quaternions)), [12.0, 31.0, both], atol=1e-9)
+    np.testing.assert_allclose(np.degrees(tilts(-quaternions)), [12.0, 31.0, both], atol=1e-9)

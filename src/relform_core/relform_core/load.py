@@ -6,8 +6,9 @@ a scenario file too.
 """
 
 import os
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import StringIO
 from pathlib import Path
 from typing import Any, cast
@@ -31,6 +32,11 @@ class LoadedScenario:
     config: ScenarioConfig
     seed: int
     effective_yaml: str
+
+    def with_seed(self, seed: int) -> "LoadedScenario":
+        """The same scenario with another seed, without loading it again."""
+        text = re.sub(r"(?m)^seed: .*$", f"seed: {seed}", self.effective_yaml)
+        return replace(self, seed=seed, effective_yaml=text)
 
 
 def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = None) -> LoadedScenario:

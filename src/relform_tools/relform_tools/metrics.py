@@ -14,6 +14,7 @@ import numpy.typing as npt
 from relform_core.scenario_config import PhaseConfig, TeamConfig
 from relform_core.units import NANOSECONDS_PER_SECOND, rpm_to_rad_s, seconds_to_ns
 from relform_tools.flight_log import FlightLog, Floats
+from relform_tools.view import view_margins
 
 Mask = npt.NDArray[np.bool_]
 
@@ -64,6 +65,8 @@ class Score:
     """Formation error of all these pairs together."""
     leader_position: Errors
     leader_yaw: Errors
+    follower_yaw: Errors
+    """Of all followers, relative to the leader."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,10 @@ class FlightMetrics:
     rotors: RotorMetrics
     separation_min: float
     """Smallest distance between the centres of two vehicles at any instant of ground truth [m]."""
+    tilt_max: float
+    """Largest angle between body z of a vehicle and the vertical at any instant [rad]."""
+    view_margin_min: float
+    """Smallest angle by which a vehicle was inside the field of view of another at any instant [rad]."""
     solver: SolverMetrics
 
 
@@ -124,6 +131,7 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
     pairs = scored_pairs(log.scenario.config.team)
     errors = formation_errors(log, pairs)
     position_errors, yaw_errors = leader_errors(log)
+    follower_yaw = follower_yaw_errors(log)
     steady = steady_steps(log)
 
     def score(steps: Mask) -> Score:
@@ -134,6 +142,7 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
             formation=Errors.of(errors, steps, steady),
             leader_position=Errors.of(position_errors, steps, steady),
             leader_yaw=Errors.of(yaw_errors, steps, steady),
+            follower_yaw=Errors.of(follower_yaw, steps, steady),
         )
 
     def score_phase(phase: PhaseConfig) -> PhaseMetrics:
@@ -147,6 +156,8 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
         phases=tuple(score_phase(phase) for phase in log.scenario.config.phases),
         rotors=_rotor_metrics(log),
         separation_min=separation_min(log.p_NB_N),
+        tilt_max=_over(tilts(log.q_NB), np.max),
+        view_margin_min=_least(view_margins(log)),
         solver=_solver_metrics(log),
     )
 
@@ -195,8 +206,22 @@ def leader_errors(log: FlightLog) -> tuple[Floats, Floats]:
     """Distance of the leader from its reference [m] and magnitude of its yaw error [rad], shape (K,) each."""
     truth = log.tick_of_step
     position_error = np.linalg.norm(log.p_NB_N[truth, 0] - log.leader_p_NB_N__ref, axis=-1)
-    yaw_error = yaw_of(log.q_NB[truth, 0]) - log.leader_yaw__ref
-    return position_error, np.abs(np.arctan2(np.sin(yaw_error), np.cos(yaw_error)))
+    return position_error, _angle_between(yaw_of(log.q_NB[truth, 0]), log.leader_yaw__ref)
+
+
+def follower_yaw_errors(log: FlightLog) -> Floats:
+    """Magnitude of the yaw of each follower relative to the leader [rad], shape (K, n - 1).
+
+    The paper: its followers keep the leader's yaw, too.
+    """
+    yaw = yaw_of(log.q_NB)[log.tick_of_step]
+    return _angle_between(yaw[:, 1:], yaw[:, :1])
+
+
+def tilts(q_NB: Floats) -> Floats:
+    """Angle between body z and the vertical [rad]; ``q_NB`` is (x, y, z, w), shape (..., 4)."""
+    x, y, z, w = np.moveaxis(q_NB, -1, 0)
+    return np.asarray(2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w)))
 
 
 def steady_steps(log: FlightLog) -> Mask:
@@ -215,6 +240,11 @@ def separation_min(p_NB_N: Floats) -> float:
     """Smallest distance between two vehicles at any instant [m]; ``p_NB_N`` has the shape (T, n, 3)."""
     first, second = np.triu_indices(p_NB_N.shape[1], k=1)
     return _over(np.linalg.norm(p_NB_N[:, first] - p_NB_N[:, second], axis=-1), np.min)
+
+
+def _angle_between(first: Floats, second: Floats) -> Floats:
+    difference = first - second
+    return np.abs(np.arctan2(np.sin(difference), np.cos(difference)))
 
 
 def _rotor_metrics(log: FlightLog) -> RotorMetrics:
@@ -244,6 +274,10 @@ def _solver_metrics(log: FlightLog) -> SolverMetrics:
         step_time_max=_over(step_time, np.max),
         fallback_steps=int((solver["status"] == FALLBACK_STATUS).sum()),
     )
+
+
+def _least(values: Floats) -> float:
+    return _over(values[np.isfinite(values)], np.min)
 
 
 def _over(values: npt.NDArray[Any], statistic: Callable[[npt.NDArray[Any]], Any]) -> float:

@@ -12,26 +12,33 @@ from relform_tools.summary import Json, Outcome
 CONFIDENCE = 0.95
 
 
+NO_METRICS = ("format", "seed")
+"""Numbers of a row that are not averaged."""
+
+
 def flatten(summary: Json) -> dict[str, Any]:
-    """The row of one run in a table: every number, text and truth value at the top level of its summary."""
-    return {
-        key: value for key, value in summary.items() if value is None or isinstance(value, str | int | float)
-    }
+    """The row of one run in a table: every number and text of its summary, by the path of its key.
+
+    ``steady_mean_m``, ``phases.B.leader_max_m``, ``pairs.leader.follower_1.steady_mean_m``.
+    """
+    row = _scalars(summary, "") | _pairs(summary, "")
+    for phase in summary["phases"]:
+        prefix = f"phases.{phase['name']}."
+        row |= _scalars(phase, prefix) | _pairs(phase, prefix)
+    return row
 
 
 def aggregate(rows: Sequence[Mapping[str, Any]]) -> Json:
     """Statistics of the runs of one variant.
 
-    Errors are averaged over the completed runs, because a flight that ended early has none in its later
+    Numbers are averaged over the completed runs, because a flight that ended early has none in its later
     phases; how many these are, how many crashed or failed, and why, stands beside them.
     """
     completed = [row for row in rows if row["outcome"] == Outcome.COMPLETED]
     outcomes = Counter(row["outcome"] for row in rows)
-    numbers = [
-        key
-        for key in (rows[0] if rows else {})
-        if key != "seed" and any(_is_number(row[key]) for row in rows)
-    ]
+    metrics = dict.fromkeys(
+        key for row in rows for key, value in row.items() if key not in NO_METRICS and _is_number(value)
+    )
     return {
         "runs": len(rows),
         "completed": len(completed),
@@ -43,7 +50,7 @@ def aggregate(rows: Sequence[Mapping[str, Any]]) -> Json:
             if row["outcome"] != Outcome.COMPLETED
         ],
         "metrics": {
-            key: describe([row[key] for row in completed if _is_number(row[key])]) for key in numbers
+            key: describe([row[key] for row in completed if _is_number(row.get(key))]) for key in metrics
         },
     }
 
@@ -52,7 +59,7 @@ def describe(values: Sequence[float]) -> Json:
     """Distribution of values, with the 95 % confidence interval of their mean (Student's t)."""
     n = len(values)
     if n == 0:
-        return {"n": 0, "mean": None, "std": None, "p95": None, "max": None, "ci95": None}
+        return {"n": 0, "mean": None, "std": None, "min": None, "p95": None, "max": None, "ci95": None}
     mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1)) if n > 1 else 0.0
     interval = None
     if n > 1:
@@ -64,10 +71,27 @@ def describe(values: Sequence[float]) -> Json:
         "n": n,
         "mean": mean,
         "std": deviation,
+        "min": float(np.min(values)),
         "p95": float(np.percentile(values, 95.0)),
         "max": float(np.max(values)),
         "ci95": interval,
     }
+
+
+def _scalars(part: Json, prefix: str) -> dict[str, Any]:
+    return {
+        f"{prefix}{key}": value
+        for key, value in part.items()
+        if value is None or isinstance(value, str | int | float)
+    }
+
+
+def _pairs(part: Json, prefix: str) -> dict[str, Any]:
+    row: dict[str, Any] = {}
+    for pair in part["pairs"]:
+        numbers = {key: value for key, value in pair.items() if key not in ("observer", "target")}
+        row |= _scalars(numbers, f"{prefix}pairs.{pair['observer']}.{pair['target']}.")
+    return row
 
 
 def _is_number(value: Any) -> bool:

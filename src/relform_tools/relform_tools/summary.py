@@ -67,12 +67,15 @@ def build_summary(
         **formation,
         **_errors(score.leader_position, "m", "leader_"),
         **_errors(score.leader_yaw, "deg", "leader_yaw_"),
+        **_errors(score.follower_yaw, "deg", "follower_yaw_"),
         "rotor_min_rpm": rad_s_to_rpm(rotors.min),
         "rotor_max_rpm": rad_s_to_rpm(rotors.max),
         "rotor_mean_rpm": rad_s_to_rpm(rotors.mean),
         "rotor_std_rpm": rad_s_to_rpm(rotors.std),
         "saturated_fraction": rotors.saturated_fraction,
         "separation_min_m": metrics.separation_min,
+        "tilt_max_deg": math.degrees(metrics.tilt_max),
+        "view_margin_min_deg": math.degrees(metrics.view_margin_min),
         "sqp_steps_median": solver.sqp_steps_median,
         "kkt_first_median": solver.kkt_first_median,
         "kkt_median": solver.kkt_median,
@@ -111,6 +114,7 @@ def _phase(phase: PhaseMetrics) -> Json:
         **_errors(phase.score.formation, "m"),
         **_errors(phase.score.leader_position, "m", "leader_"),
         **_errors(phase.score.leader_yaw, "deg", "leader_yaw_"),
+        **_errors(phase.score.follower_yaw, "deg", "follower_yaw_"),
         "pairs": _pairs(phase.score),
     }
 

@@ -1,30 +1,22 @@
 """The command line of a sweep: what to fly, how far it is, and what came out."""
 
 import argparse
-import multiprocessing
 import os
-import signal
 import sys
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 from rich.table import Table
 
 from relform_core.errors import RelformError
 from relform_tools.summary import Json, Outcome
-from relform_tools.sweep import REPORT, TABLE, SweepFolder, Variant, fly_all, load_variants, plan_runs
+from relform_tools.sweep_folder import REPORT, TABLE, SweepFolder
+from relform_tools.sweep_plan import Variant, load_variants, plan_runs
+from relform_tools.sweep_session import executor_for, fly_shown
+from relform_tools.versions import software_versions
 
+EXIT_FAILED = 1
 EXIT_ERROR = 2
 EXIT_INTERRUPTED = 130
 DEFAULT_VARIANT = Variant(name="default", title="the scenario as it is", set=())
@@ -39,24 +31,19 @@ SHOWN = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a sweep; returns the exit code: 0 flown, 2 cannot be flown, 130 interrupted."""
+    """Run a sweep; returns the exit code: 0 flown, 1 every run failed, 2 cannot be flown, 130 interrupted."""
     options = _parser().parse_args(arguments)
     console = Console(stderr=True)
     try:
         variants = load_variants(options.variants) if options.variants else (DEFAULT_VARIANT,)
         seeds = range(options.seed, options.seed + options.runs)
         runs = plan_runs(options.scenario, variants, options.overrides, seeds)
-        folder = SweepFolder(options.out)
-        rows: list[Json] = []
-        with _progress(console) as progress, _executor(options.jobs, options.scheduler) as executor:
-            task = progress.add_task("flying", total=len(runs), lost="")
-            for row in fly_all(runs, folder, executor):
-                rows.append(row)
-                lost = sum(each["outcome"] != Outcome.COMPLETED for each in rows)
-                progress.update(task, completed=len(rows), lost=f"{lost} not completed" if lost else "")
-        order = {(run.variant, run.seed): index for index, run in enumerate(runs)}
-        rows.sort(key=lambda row: order[row["variant"], row["seed"]])
-        report = folder.conclude(str(options.scenario), variants, rows)
+        with (
+            SweepFolder(options.out) as folder,
+            executor_for(options.jobs, options.scheduler) as executor,
+        ):
+            rows = fly_shown(runs, folder, executor, console)
+            report = folder.conclude(str(options.scenario), variants, rows, software_versions())
     except RelformError as error:
         print(f"sweep: {error}", file=sys.stderr)
         return EXIT_ERROR
@@ -68,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_INTERRUPTED
     _print_report(report, Console(width=None if sys.stdout.isatty() else 160))
     print(f"{folder.path / REPORT}, {folder.path / TABLE}")
-    return 0
+    return 0 if any(row["outcome"] != Outcome.FAILED for row in rows) else EXIT_FAILED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -104,49 +91,6 @@ def _positive(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"must be at least 1, not {number}")
     return number
-
-
-@contextmanager
-def _executor(jobs: int, scheduler: str | None) -> Iterator[Executor]:
-    """Local processes, or a Dask cluster.
-
-    Raises:
-        RelformError: the cluster cannot be reached, or Dask is not installed.
-    """
-    if scheduler is None:
-        executor = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _ignore_interrupts)
-        try:
-            yield executor
-        finally:
-            executor.shutdown(cancel_futures=True)
-        return
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise RelformError("--scheduler needs Dask: pip install distributed") from None
-    try:
-        client = Client(scheduler, timeout="10s")
-    except (OSError, ValueError) as error:
-        raise RelformError(f"--scheduler {scheduler}: no cluster answers there: {error}") from None
-    with client:
-        yield client.get_executor(pure=False)
-
-
-def _ignore_interrupts() -> None:
-    """Ctrl-C reaches all processes; only the first one decides what it means."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _progress(console: Console) -> Progress:
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("[red]{task.fields[lost]}"),
-        console=console,
-    )
 
 
 def _print_report(report: Json, console: Console) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from relform_core.errors import RelformError
 from relform_tools.report.json_file import read_json
 from relform_tools.summary import Json
-from relform_tools.sweep import REPORT, TABLE
+from relform_tools.sweep_folder import REPORT, TABLE
 
 VARIANT_KEYS = {"name", "title", "set", "runs", "completed", "crashed", "failed", "reasons", "metrics"}
 
@@ -42,7 +42,9 @@ def read_sweep(path: Path) -> Sweep:
     try:
         with table.open(newline="", encoding="utf-8") as stream:
             rows = [{key: _value(text) for key, text in row.items()} for row in csv.DictReader(stream)]
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise RelformError(f"{table}: cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
         raise RelformError(f"{table}: cannot be read: {error}") from None
     variants = report.get("variants")
     if (
