@@ -8,12 +8,14 @@ from types import FrameType
 from typing import Protocol
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
-from relform_core.errors import FlightError, RelformError
+from relform_core.errors import ConfigError, FlightError, RelformError
 
 EXIT_ERROR = 1
 EXIT_INTERRUPTED = 130
@@ -92,11 +94,12 @@ def run_node(
         build: makes the logic; may take long, a signal breaks it off anywhere.
         exit_codes: of errors that have their own; of any other error it is EXIT_ERROR.
     """
-    # Until the logic runs, a signal may end everything at once; then it waits for the logic to wait.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     name = sys.argv[0].rpartition("/")[2]
     try:
+        # Until the logic runs, a signal may end everything at once; then it waits for the logic to wait.
+        for signum in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(signum, signal.default_int_handler)
+        _initialize_ros()
         node = create()
         name = node.get_fully_qualified_name()
         spinner = Spinner(node)
@@ -110,7 +113,17 @@ def run_node(
         return next(
             (code for kind, code in (exit_codes or {}).items() if isinstance(error, kind)), EXIT_ERROR
         )
+    except ParameterException as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return EXIT_ERROR
     except (KeyboardInterrupt, StopRequestedError):
         return EXIT_INTERRUPTED
     finally:
         try_shutdown()
+
+
+def _initialize_ros() -> None:
+    try:
+        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    except rclpy_implementation.RCLError as error:
+        raise ConfigError(f"ROS does not start: {' '.join(str(error).split())}") from None

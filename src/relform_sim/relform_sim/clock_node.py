@@ -68,7 +68,7 @@ class ClockServer:
 
     def _tick(self) -> None:
         unmatched = self._endpoints.unmatched()
-        while unmatched or not self._barrier.complete():
+        while not self._barrier.complete() or unmatched:
             self._spinner.once(DISCOVERY_POLL_S)
             unmatched = self._endpoints.unmatched(among=unmatched)
         while (step := self._barrier.advance()) <= self._config.n_steps:
