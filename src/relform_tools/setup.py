@@ -17,5 +17,10 @@ setup(
     ],
     install_requires=["setuptools"],
     zip_safe=False,
-    entry_points={"console_scripts": ["recorder = relform_tools.recorder_node:main"]},
+    entry_points={
+        "console_scripts": [
+            "player = relform_tools.player_node:main",
+            "recorder = relform_tools.recorder_node:main",
+        ]
+    },
 )

@@ -28,7 +28,7 @@ def error_columns(summary: Json) -> list[str]:
 
 
 def error_rows(summary: Json) -> list[ErrorRows]:
-    """Every pair, then the leader's position and yaw."""
+    """Every pair, the leader's position and yaw, and the followers' yaw."""
     phases = summary["phases"]
     pairs = [
         _rows((f"{pair['observer']} ->", pair["target"]), [p["pairs"][index] for p in phases], pair, "", "m")
@@ -38,6 +38,7 @@ def error_rows(summary: Json) -> list[ErrorRows]:
         *pairs,
         _rows(("leader", "position"), phases, summary, "leader_", "m"),
         _rows(("leader", "yaw"), phases, summary, "leader_yaw_", "deg"),
+        _rows(("followers", "yaw"), phases, summary, "follower_yaw_", "deg"),
     ]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from relform_core.units import rad_s_to_rpm
 from relform_tools.flight_log import FlightLog, Floats
-from relform_tools.metrics import formation_errors, leader_errors, scored_pairs
+from relform_tools.metrics import follower_yaw_errors, formation_errors, leader_errors, scored_pairs
 from relform_tools.paper_claims import FORMATION_STEADY_MEAN_M
 
 COLOURS = 7
@@ -57,7 +57,7 @@ def flight_panels(log: FlightLog) -> dict[str, list[Panel]]:
     """All plots, from the formation to the solver, by the name of the figure that they make."""
     return {
         "formation_errors": _formation(log),
-        "tracking_errors": _leader(log),
+        "tracking_errors": _tracking(log),
         "rotor_speeds": _rotors(log),
         "solver": _solver(log),
     }
@@ -73,11 +73,18 @@ def _formation(log: FlightLog) -> list[Panel]:
     return [Panel("Formation error", "m", 3, lines, [claim])]
 
 
-def _leader(log: FlightLog) -> list[Panel]:
+def _tracking(log: FlightLog) -> list[Panel]:
     position_error, yaw_error = leader_errors(log)
+    followers = [
+        Line(name, f"vehicle-{index % COLOURS}", error)
+        for index, (name, error) in enumerate(
+            zip(log.vehicles[1:], np.degrees(follower_yaw_errors(log)).T, strict=True), start=1
+        )
+    ]
     return [
         Panel("Leader position error", "m", 3, [Line("position", "vehicle-0", position_error)]),
         Panel("Leader yaw error", "deg", 1, [Line("yaw", "vehicle-0", np.degrees(yaw_error))]),
+        Panel("Yaw of the followers relative to the leader", "deg", 1, followers),
     ]
 
 

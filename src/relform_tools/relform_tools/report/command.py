@@ -5,19 +5,21 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from relform_core.errors import RelformError
+from relform_core.errors import BagError, RelformError
 from relform_tools.bag_reader import find_bag_file
 from relform_tools.report.flight_page import write_flight_report
 from relform_tools.report.flight_source import ending_from_log, ending_from_run, versions_from_bag
 from relform_tools.report.sweep_page import write_sweep_report
 from relform_tools.report.sweep_source import is_sweep, read_sweep
+from relform_tools.sweep_folder import REPORT as SWEEP
 
 REPORT = "report.html"
 FIGURES = "figures"
+EXIT_ERROR = 2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Make the report that the arguments ask for; 0, or 1 after a line on what cannot be used."""
+    """Make the report that the arguments ask for; returns 0, or 2 after a line on what cannot be used."""
     parser = argparse.ArgumentParser(
         prog="report.py",
         description="Make the report of a flight or a sweep: one HTML file that opens offline.",
@@ -47,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             report_flight(chosen.source, out, with_figures=not chosen.no_figures)
     except RelformError as error:
         print(f"error: {error}", file=sys.stderr)
-        return 1
+        return EXIT_ERROR
     return 0
 
 
@@ -57,7 +59,11 @@ def report_flight(source: Path, out: Path, with_figures: bool) -> None:
     Raises:
         RelformError: there is no flight, or something cannot be written.
     """
-    file = find_bag_file(source)
+    try:
+        file = find_bag_file(source)
+    except BagError as error:
+        neither = f", and no sweep: there is no {SWEEP} in it" if source.is_dir() else ""
+        raise BagError(f"{error}{neither}") from None
     # Reading serialized messages needs ROS; sweeps do without.
     from relform_tools.flight_reader import read_flight_log
 

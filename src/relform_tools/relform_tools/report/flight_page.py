@@ -23,6 +23,7 @@ SCRIPTS = (
     "brush.js",
     "poses.js",
     "drawing.js",
+    "overview.js",
     "scene.js",
     "grip.js",
     "plots.js",
@@ -54,10 +55,7 @@ def flight_page(log: FlightLog, ending: Ending, versions: Mapping[str, str | Non
         flight_data(log),
         summary=summary,
         completed=ending.outcome is Outcome.COMPLETED,
-        faults=[
-            f"{fault.stamp_ns / NANOSECONDS_PER_SECOND:.2f} s, {fault.source}: {fault.description}"
-            for fault in log.faults
-        ],
+        reasons=_reasons(log, ending),
         tiles=headline_tiles(summary.get, _notes(summary)),
         compared=[
             (row.label, row.text(summary[row.key]), row.paper, row.holds(summary[row.key]))
@@ -119,6 +117,17 @@ def _panel(panel: Panel) -> Json:
             {"name": line.name, "colour": line.colour, "values": pack(line.values)} for line in panel.lines
         ],
     }
+
+
+def _reasons(log: FlightLog, ending: Ending) -> list[str]:
+    """Why a flight did not complete: how it ended, unless a fault says the same, then the faults."""
+    told = (
+        [ending.reason] if ending.reason and ending.reason not in {f.description for f in log.faults} else []
+    )
+    faults = [
+        f"at {fault.stamp_ns / NANOSECONDS_PER_SECOND:.2f} s, {fault.description}" for fault in log.faults
+    ]
+    return told + faults
 
 
 def _notes(summary: Json) -> dict[str, str]:

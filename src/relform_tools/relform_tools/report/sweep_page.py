@@ -11,11 +11,14 @@ from relform_tools.paper_claims import COMPARED, FOOTNOTE, Compared
 from relform_tools.report.page import render, write_page
 from relform_tools.report.sweep_source import Sweep
 from relform_tools.report.tiles import Tile, headline_tiles
+from relform_tools.statistics import describe
 from relform_tools.summary import Json, Outcome
 
 SCRIPTS = ("base.js", "strips.js")
 QUARTILES = (25.0, 50.0, 75.0)
 DIGITS_OF_OTHERS = 3
+BY_PHASE = "phases."
+"""Begin of the names of numbers of one phase: there are hundreds, and sweep.json has them all."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Row:
     n: int
     mean: str
     ci95: str
+    min: str
     p95: str
     max: str
     holds: bool | None
@@ -57,7 +61,7 @@ def sweep_page(sweep: Sweep) -> str:
     others = [
         Compared(key, key, "", digits=DIGITS_OF_OTHERS)
         for key in dict.fromkeys(key for variant in variants for key in variant["metrics"])
-        if key not in shown and _is_known(key, variants)
+        if key not in shown and not key.startswith(BY_PHASE) and _is_known(key, variants)
     ]
     return render(
         "sweep.html",
@@ -74,6 +78,7 @@ def sweep_page(sweep: Sweep) -> str:
         sections=[_section(number, variants) for number in compared],
         others=[_section(number, variants) for number in others],
         footnote=FOOTNOTE,
+        versions=sweep.report.get("versions") or {},
     )
 
 
@@ -133,19 +138,14 @@ def _section(number: Compared, variants: Sequence[Json]) -> Section:
 
 
 def _row(number: Compared, variant: Json) -> Row:
-    statistics = variant["metrics"].get(number.key) or {
-        "n": 0,
-        "mean": None,
-        "p95": None,
-        "max": None,
-        "ci95": None,
-    }
+    statistics = variant["metrics"].get(number.key) or describe([])
     low, high = statistics["ci95"] or (None, None)
     return Row(
         variant["name"],
         statistics["n"],
         number.text(statistics["mean"]),
         "" if low is None else f"{_bare(number, low)} … {_bare(number, high)}",
+        _bare(number, statistics["min"]),
         _bare(number, statistics["p95"]),
         _bare(number, statistics["max"]),
         number.holds(statistics["mean"]),

@@ -4,7 +4,32 @@ const flight = new Flight(page);
 const playback = new Playback(flight.tick[0], Math.max(flight.tick.at(-1), flight.tick[0] + page.period), page.period);
 const plots = new Plots(byId("plots"), flight, playback);
 const timeline = new Timeline(byId("timeline"), flight, playback, plots);
-const scene = new Scene(byId("scene"), flight, playback);
+
+// What the colours mean, with the numbers of the moment.
+page.vehicles.forEach((name, vehicle) => {
+  const row = make(byId("key"), "div");
+  make(row, "i", { style: `background: var(--vehicle-${vehicle % 7})` });
+  make(row, "span", {}, name);
+});
+const linkRows = page.pairs.map(({ name }) => {
+  const row = make(byId("key"), "div", { class: "link" });
+  const swatch = make(row, "i");
+  make(row, "span", {}, name);
+  return { swatch, output: make(row, "output") };
+});
+const scale = make(byId("key"), "div", { class: "scale", title: "Colour of a link: twice the error that the paper claims, and beyond, is the strongest" });
+make(scale, "span", {}, "0");
+make(scale, "i");
+make(scale, "span", {}, `${2 * page.claim} m`);
+
+const scene = new Scene(byId("scene"), byId("key"), flight, playback);
+const showLinks = () => linkRows.forEach(({ swatch, output }, pair) => {
+  const error = flight.error[flight.stepAt(playback.time) * page.pairs.length + pair];
+  swatch.style.background = scene.drawing.linkColour(error);
+  output.textContent = Number.isFinite(error) ? `${error.toFixed(3)} m` : "–";
+});
+playback.onChange(showLinks);
+theme.listeners.push(showLinks);
 
 // ---- transport
 
@@ -24,31 +49,6 @@ playback.onChange(() => {
   byId("play").setAttribute("aria-label", playback.playing ? "Pause" : "Play");
   byId("speed").value = String(playback.speed);
 });
-
-// ---- what the colours mean, with the numbers of the moment
-
-page.vehicles.forEach((name, vehicle) => {
-  const row = make(byId("key"), "div");
-  make(row, "i", { style: `background: var(--vehicle-${vehicle % 7})` });
-  make(row, "span", {}, name);
-});
-const linkRows = page.pairs.map(({ name }) => {
-  const row = make(byId("key"), "div", { class: "link" });
-  const swatch = make(row, "i");
-  make(row, "span", {}, name);
-  return { swatch, output: make(row, "output") };
-});
-const showLinks = () => linkRows.forEach(({ swatch, output }, pair) => {
-  const error = flight.error[flight.stepAt(playback.time) * page.pairs.length + pair];
-  swatch.style.background = scene.drawing.linkColour(error);
-  output.textContent = Number.isFinite(error) ? `${error.toFixed(3)} m` : "–";
-});
-playback.onChange(showLinks);
-theme.listeners.push(showLinks);
-const scale = make(byId("key"), "div", { class: "scale", title: "Colour of a link: twice the error that the paper claims, and beyond, is the strongest" });
-make(scale, "span", {}, "0");
-make(scale, "i");
-make(scale, "span", {}, `${2 * page.claim} m`);
 
 // ---- views
 

@@ -1,9 +1,13 @@
 // The flight in 3D: two views, of the whole flight and close to the team; one fills the scene, the other is in its corner.
 
+const FOLLOW_FROM = [-2.5, 0.4]; // azimuth and elevation [rad]
+
 class Scene {
-  constructor(canvas, flight, playback) {
-    Object.assign(this, { canvas, flight, playback, context: canvas.getContext("2d"), main: "overview", onShow: (view) => this.show(view) });
-    this.cameras = { overview: new Camera(-0.75, 0.42), follow: new Camera(-2.5, 0.4) };
+  constructor(canvas, legend, flight, playback) {
+    Object.assign(this, { canvas, legend, flight, playback, context: canvas.getContext("2d"), main: "overview" });
+    this.onShow = (view) => this.show(view);
+    this.overview = new Overview(flight);
+    this.cameras = { overview: new Camera(FIRST_SIDE, OVERVIEW_ELEVATION), follow: new Camera(...FOLLOW_FROM) };
     this.free = new Set(); // cameras that the user has moved: they are not fitted again
     this.drawing = new Drawing(flight, playback, this.context);
     theme.listeners.push(() => { this.drawing.readColours(); this.request(); });
@@ -28,35 +32,33 @@ class Scene {
 
   /** The two views: one fills the scene, the other is small in its corner. */
   arrange() {
-    const width = Math.round(clamp(0.3 * this.width, 130, 230)), height = Math.round(clamp(0.36 * this.height, 100, 190));
-    const inset = this.inset = { x: this.width - width - 10, y: 10, width, height };
-    const other = this.main === "overview" ? "follow" : "overview";
-    this.cameras[this.main].rectangle = { x: 0, y: 0, width: this.width, height: this.height };
-    this.cameras[other].rectangle = inset;
-    if (!this.free.has("overview")) this.fitOverview();
+    const [above, below] = this.corners(), { overview, follow } = this.cameras;
+    const whole = { x: 0, y: 0, width: this.width, height: this.height };
+    this.inset = above;
+    this.cameras[this.main].rectangle = whole;
+    this.cameras[this.other()].rectangle = this.inset;
     if (!this.free.has("follow")) this.fitFollow();
-    if (this.main === "overview") inset.y = this.freeCorner();
+    if (!this.free.has("overview")) {
+      const margin = this.main === "overview" ? 1.12 : 1.05, legend = this.legendBox();
+      overview.azimuth = this.azimuth ??= this.overview.bestAzimuth(overview, margin, legend, [above, below]);
+      overview.elevation = OVERVIEW_ELEVATION;
+      this.overview.fit(overview, margin);
+    }
+    if (this.main === "overview" && this.overview.hidden(overview, above) > this.overview.hidden(overview, below)) {
+      this.inset = follow.rectangle = below;
+    }
   }
 
-  /** Top or bottom: where the small view covers less of the paths. */
-  freeCorner() {
-    const { flight, inset, cameras: { overview } } = this, bottom = this.height - inset.height - 10;
-    let [above, below] = [0, 0];
-    for (let tick = 0; tick < flight.tick.length; tick++) {
-      const [x, y] = overview.place(overview.see(...flight.path(0, tick)));
-      if (x > inset.x - 20) if (y < this.height / 2) above++; else below++;
-    }
-    return above > below ? bottom : 10;
+  /** Where the small view can be. */
+  corners() {
+    const width = Math.round(clamp(0.3 * this.width, 130, 230)), height = Math.round(clamp(0.36 * this.height, 100, 190));
+    const x = this.width - width - 10;
+    return [{ x, y: 10, width, height }, { x, y: this.height - height - 10, width, height }];
   }
 
-  fitOverview() {
-    const { flight } = this, points = [];
-    for (let tick = 0; tick < flight.tick.length; tick += 5) {
-      for (let vehicle = 0; vehicle < flight.count; vehicle++) points.push([...flight.path(vehicle, tick)]);
-      const [x, y] = flight.path(0, tick);
-      points.push([x, y, 0]);
-    }
-    this.cameras.overview.fit(points, this.main === "overview" ? 1.12 : 1.05);
+  legendBox() {
+    const { offsetLeft, offsetTop, offsetWidth, offsetHeight } = this.legend;
+    return { x: offsetLeft, y: offsetTop, width: offsetWidth, height: offsetHeight };
   }
 
   fitFollow() {
@@ -74,8 +76,7 @@ class Scene {
 
   home() {
     this.free.clear();
-    Object.assign(this.cameras.overview, { azimuth: -0.75, elevation: 0.42 });
-    Object.assign(this.cameras.follow, { azimuth: -2.5, elevation: 0.4 });
+    [this.cameras.follow.azimuth, this.cameras.follow.elevation] = FOLLOW_FROM;
     this.arrange();
     this.request();
   }
