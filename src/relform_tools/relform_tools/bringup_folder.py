@@ -3,6 +3,7 @@
 import os
 from contextlib import suppress
 from datetime import datetime
+from errno import EEXIST
 from pathlib import Path
 
 from relform_core.errors import FlightError
@@ -38,19 +39,30 @@ def create_run_folder(scenario: LoadedScenario, out: Path | None, now: datetime)
         FlightError: it exists already, or cannot be written.
     """
     name = f"{now:%Y%m%d-%H%M%S}-{scenario.config.name}-s{scenario.seed}"
-    folder = RunFolder((out or RUNS / name).absolute())
     try:
-        folder.path.parent.mkdir(parents=True, exist_ok=True)
-        folder.path.mkdir()
+        if out is None:
+            out = _make_new_folder(name)
+            _point_latest_to(out)
+        else:
+            out.mkdir(parents=True)
+        folder = RunFolder(out.absolute())
         folder.log.mkdir()
         folder.config.write_text(scenario.effective_yaml, encoding="utf-8")
-        if out is None:
-            _point_latest_to(folder.path)
     except FileExistsError as error:
         raise FlightError(f"{error.filename} exists already, not overwriting.") from None
     except OSError as error:
         raise FlightError(f"{error.filename}: cannot be written: {error.strerror}") from None
     return folder
+
+
+def _make_new_folder(name: str) -> Path:
+    """A folder in ``runs/``, with a number if another flight began in the same second."""
+    RUNS.mkdir(exist_ok=True)
+    for path in (RUNS / name, *(RUNS / f"{name}-{number}" for number in range(2, 100))):
+        with suppress(FileExistsError):
+            path.mkdir()
+            return path
+    raise FileExistsError(EEXIST, os.strerror(EEXIST), RUNS / name)
 
 
 def _point_latest_to(run: Path) -> None:

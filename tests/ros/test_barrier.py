@@ -1,0 +1,133 @@
+"""The barrier by itself, with a clock that the test turns."""
+
+import pytest
+
+from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
+from relform_ros.lockstep import READY, Done
+from relform_ros.rejection import Reason, RejectionError
+
+LEADER, FOLLOWER, CONTROLLER = "/leader/quadrotor", "/follower_1/quadrotor", "/formation/controller"
+MEMBERS = (LEADER, FOLLOWER, CONTROLLER)
+
+
+class SteadyClock:
+    def __init__(self) -> None:
+        self.time = 1234.5
+
+    def __call__(self) -> float:
+        return self.time
+
+
+@pytest.fixture
+def now() -> SteadyClock:
+    return SteadyClock()
+
+
+@pytest.fixture
+def barrier(now: SteadyClock) -> Barrier:
+    return Barrier(MEMBERS, period=0.05, start_timeout=60.0, step_timeout=2.0, now=now)
+
+
+def finish(barrier: Barrier, *nodes: str, fault: str = "") -> None:
+    for node in nodes:
+        barrier.add(Done(node, barrier.step, (), fault))
+
+
+def fly(barrier: Barrier, steps: int) -> None:
+    for _ in range(steps):
+        finish(barrier, *MEMBERS)
+        barrier.advance()
+
+
+def test_a_step_begins_when_all_have_finished_the_one_before(barrier: Barrier) -> None:
+    assert barrier.step == READY
+    for step in range(3):
+        finish(barrier, CONTROLLER, LEADER)
+        assert not barrier.complete()
+        finish(barrier, FOLLOWER)
+        assert barrier.complete()
+        assert barrier.advance() == step
+        assert not barrier.complete()
+
+
+def test_each_step_has_its_own_time(barrier: Barrier, now: SteadyClock) -> None:
+    now.time += 59.0
+    fly(barrier, 1)
+    for _ in range(5):
+        now.time += 1.9
+        assert not barrier.complete()
+        fly(barrier, 1)
+
+
+def test_who_is_late_is_named_with_step_time_and_limit(barrier: Barrier, now: SteadyClock) -> None:
+    fly(barrier, 44)
+    finish(barrier, LEADER)
+    now.time += 2.1
+    with pytest.raises(SilentNodeError) as error:
+        barrier.complete()
+    assert error.value.nodes == [FOLLOWER, CONTROLLER]
+    assert str(error.value) == (
+        "step 43 (2.15 s) not finished within 2 s (lockstep.step_timeout_s): "
+        "/follower_1/quadrotor, /formation/controller"
+    )
+
+
+def test_who_is_not_ready_is_named(barrier: Barrier, now: SteadyClock) -> None:
+    finish(barrier, CONTROLLER, LEADER)
+    now.time += 59.9
+    assert not barrier.complete()
+    now.time += 0.2
+    with pytest.raises(SilentNodeError, match=r"^not ready within 60 s: /follower_1/quadrotor$"):
+        barrier.complete()
+
+
+def test_all_may_finish_at_the_last_moment(barrier: Barrier, now: SteadyClock) -> None:
+    finish(barrier, *MEMBERS)
+    now.time += 1000.0
+    assert barrier.complete()
+
+
+def test_a_fault_ends_the_run_when_all_have_taken_in_the_step(barrier: Barrier) -> None:
+    fly(barrier, 3)
+    finish(barrier, FOLLOWER, fault="follower_1 collided with leader")
+    finish(barrier, LEADER)
+    assert not barrier.complete()
+    finish(barrier, CONTROLLER)
+    assert barrier.complete()
+    with pytest.raises(
+        VehicleFaultError, match=r"^/follower_1/quadrotor in step 2 \(0.10 s\): follower_1 coll"
+    ):
+        barrier.advance()
+
+
+def test_a_fault_explains_why_others_are_late(barrier: Barrier, now: SteadyClock) -> None:
+    fly(barrier, 3)
+    finish(barrier, FOLLOWER, fault="no number")
+    now.time += 2.1
+    with pytest.raises(VehicleFaultError, match="no number"):
+        barrier.complete()
+
+
+@pytest.mark.parametrize(
+    ("done", "reason"),
+    [
+        (Done("/stranger/quadrotor", 5, (), ""), Reason.FOREIGN),
+        (Done(LEADER, 5, (), ""), Reason.DUPLICATE),
+        (Done(FOLLOWER, 4, (), ""), Reason.STALE),
+        (Done(FOLLOWER, READY, (), ""), Reason.STALE),
+        (Done(FOLLOWER, 6, (), ""), Reason.EARLY),
+    ],
+)
+def test_rejected(barrier: Barrier, done: Done, reason: Reason) -> None:
+    fly(barrier, 6)
+    finish(barrier, LEADER)
+    with pytest.raises(RejectionError) as error:
+        barrier.add(done)
+    assert error.value.reason is reason
+    finish(barrier, FOLLOWER, CONTROLLER)
+    assert barrier.advance() == 6
+
+
+def test_who_flies_already_is_not_ready(barrier: Barrier) -> None:
+    with pytest.raises(RejectionError, match=r"leader/quadrotor is in step 17, now is -1"):
+        barrier.add(Done(LEADER, 17, (), ""))

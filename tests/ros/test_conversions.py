@@ -1,0 +1,319 @@
+"""What is sent arrives bit for bit, and what cannot be used does not get past the wire."""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from rclpy.serialization import deserialize_message, serialize_message
+
+from relform_core.measurements import (
+    Imu,
+    Odometry,
+    OpticFlow,
+    RangeBearing,
+    RangeBearings,
+    RotorCommand,
+    Sonar,
+)
+from relform_ros import conversions
+from relform_ros.rejection import Reason, RejectionError
+
+TEAM = ("leader", "follower_1", "follower_2")
+NAME = "follower_1"
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+STAMPS = st.integers(0, (2**31 - 1) * 10**9 + 999_999_999)
+
+
+def array(*shape: int, elements: st.SearchStrategy[float] = FINITE) -> st.SearchStrategy[Any]:
+    return arrays(np.float64, shape, elements=elements)
+
+
+def unit(parts: Any) -> Any:
+    norm = np.linalg.norm(parts)
+    return parts / norm if norm > 1e-3 else np.array([0.0, 0.0, -0.0, 1.0])
+
+
+@st.composite
+def covariance(draw: st.DrawFn, size: int) -> Any:
+    matrix = draw(array(size, size))
+    np.fill_diagonal(matrix, np.abs(matrix.diagonal()))
+    return matrix
+
+
+UNIT = array(4, elements=st.floats(-1.0, 1.0)).map(unit)
+IMU = st.builds(
+    Imu,
+    stamp_ns=STAMPS,
+    q_NB=UNIT,
+    attitude_covariance=covariance(3),
+    w_NB_B=array(3),
+    gyro_covariance=covariance(3),
+    f_NB_B=array(3),
+    accelerometer_covariance=covariance(3),
+)
+OPTIC_FLOW = st.builds(OpticFlow, stamp_ns=STAMPS, v_NB_B=array(3), covariance=covariance(3))
+METRES = st.floats(0.0, 2.0**100, width=32)
+SONAR = st.builds(
+    Sonar,
+    stamp_ns=STAMPS,
+    range=METRES | st.sampled_from([math.inf, -math.inf]),
+    range_min=METRES,
+    range_max=METRES,
+    field_of_view=METRES,
+)
+RANGE_BEARING = st.builds(
+    RangeBearing,
+    target=st.just(""),
+    range=st.floats(0.0, 1e300, exclude_min=True),
+    azimuth=st.floats(-math.pi, math.pi),
+    elevation=st.floats(-math.pi / 2, math.pi / 2),
+    covariance=covariance(3),
+)
+
+
+@st.composite
+def range_bearings(draw: st.DrawFn) -> RangeBearings:
+    targets = draw(st.lists(st.sampled_from(["leader", "follower_2"]), unique=True))
+    seen = [RangeBearing(**{**vars(draw(RANGE_BEARING)), "target": target}) for target in targets]
+    return RangeBearings(draw(STAMPS), {each.target: each for each in seen})
+
+
+ODOMETRY = st.builds(
+    Odometry,
+    stamp_ns=STAMPS,
+    p_NB_N=array(3),
+    q_NB=UNIT,
+    v_NB_B=array(3),
+    w_NB_B=array(3),
+    pose_covariance=covariance(6),
+    twist_covariance=covariance(6),
+)
+SPEED = st.floats(0.0, 1e300)
+ROTOR_COMMAND = st.builds(
+    RotorCommand,
+    stamp_ns=STAMPS,
+    period_ns=st.integers(1, 10**10),
+    speeds=array(4, elements=SPEED),
+    predicted_speeds=st.integers(0, 5).flatmap(lambda n: array(n, 4, elements=SPEED)),
+)
+
+
+def bits(value: Any) -> Any:
+    """Something that is equal only if every bit is: -0.0 is not 0.0, shapes and types count."""
+    match value:
+        case np.ndarray():
+            return value.dtype.str, value.shape, value.tobytes()
+        case float():
+            return value.hex()
+        case dict():
+            return [(key, bits(each)) for key, each in value.items()]
+        case _ if is_dataclass(value):
+            return [(field.name, bits(getattr(value, field.name))) for field in fields(value)]
+        case _:
+            return type(value), value
+
+
+def over_the_wire(message: Any) -> Any:
+    return deserialize_message(serialize_message(message), type(message))
+
+
+@given(IMU)
+def test_imu_roundtrip(imu: Imu) -> None:
+    message = over_the_wire(conversions.imu_to_msg(imu, NAME))
+    assert bits(conversions.imu_from_msg(message, NAME)) == bits(imu)
+
+
+@given(OPTIC_FLOW)
+def test_optic_flow_roundtrip(flow: OpticFlow) -> None:
+    message = over_the_wire(conversions.optic_flow_to_msg(flow, NAME))
+    assert bits(conversions.optic_flow_from_msg(message, NAME)) == bits(flow)
+
+
+@given(SONAR)
+def test_sonar_roundtrip(sonar: Sonar) -> None:
+    message = over_the_wire(conversions.sonar_to_msg(sonar, NAME))
+    assert bits(conversions.sonar_from_msg(message, NAME)) == bits(sonar)
+
+
+@given(range_bearings())
+def test_range_bearings_roundtrip(bearings: RangeBearings) -> None:
+    message = over_the_wire(conversions.range_bearings_to_msg(bearings, NAME))
+    assert bits(conversions.range_bearings_from_msg(message, NAME, TEAM)) == bits(bearings)
+
+
+@given(ODOMETRY)
+def test_odometry_roundtrip(odometry: Odometry) -> None:
+    message = over_the_wire(conversions.odometry_to_msg(odometry, NAME))
+    assert bits(conversions.odometry_from_msg(message, NAME)) == bits(odometry)
+
+
+@given(ROTOR_COMMAND)
+def test_rotor_command_roundtrip(command: RotorCommand) -> None:
+    message = over_the_wire(conversions.rotor_command_to_msg(command, NAME))
+    assert bits(conversions.rotor_command_from_msg(message, NAME)) == bits(command)
+
+
+EYE3, EYE6 = np.eye(3), np.eye(6)
+STAMP_NS = 12_345_678_901
+ATTITUDE = np.array([0.1, -0.2, 0.3, math.sqrt(1.0 - 0.14)])
+VECTOR = np.array([1.5, -2.5, 3.5])
+
+
+def imu_message() -> Any:
+    return conversions.imu_to_msg(Imu(STAMP_NS, ATTITUDE, EYE3, VECTOR, EYE3, VECTOR, EYE3), NAME)
+
+
+def flow_message() -> Any:
+    return conversions.optic_flow_to_msg(OpticFlow(STAMP_NS, VECTOR, EYE3), NAME)
+
+
+def sonar_message() -> Any:
+    return conversions.sonar_to_msg(Sonar(STAMP_NS, 2.5, 0.25, 10.0, 0.5), NAME)
+
+
+def bearings_message() -> Any:
+    seen = {target: RangeBearing(target, 1.5, -2.5, 0.5, EYE3) for target in ("leader", "follower_2")}
+    return conversions.range_bearings_to_msg(RangeBearings(STAMP_NS, seen), NAME)
+
+
+def odometry_message() -> Any:
+    return conversions.odometry_to_msg(Odometry(STAMP_NS, VECTOR, ATTITUDE, VECTOR, VECTOR, EYE6, EYE6), NAME)
+
+
+def command_message() -> Any:
+    speeds = np.arange(500.0, 504.0)
+    return conversions.rotor_command_to_msg(
+        RotorCommand(STAMP_NS, 50_000_000, speeds, np.tile(speeds, (14, 1))), NAME
+    )
+
+
+KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
+    "imu": (imu_message, lambda message: conversions.imu_from_msg(message, NAME)),
+    "flow": (flow_message, lambda message: conversions.optic_flow_from_msg(message, NAME)),
+    "sonar": (sonar_message, lambda message: conversions.sonar_from_msg(message, NAME)),
+    "bearings": (bearings_message, lambda message: conversions.range_bearings_from_msg(message, NAME, TEAM)),
+    "odometry": (odometry_message, lambda message: conversions.odometry_from_msg(message, NAME)),
+    "command": (command_message, lambda message: conversions.rotor_command_from_msg(message, NAME)),
+}
+NAN, INF = math.nan, math.inf
+
+
+def change(message: Any, path: str, value: Any) -> None:
+    """Set a field, by a path such as ``pose.covariance[7]``."""
+    *parents, last = re.findall(r"\w+", path)
+    for name in parents:
+        message = message[int(name)] if name.isdecimal() else getattr(message, name)
+    if last.isdecimal():
+        message[int(last)] = value
+    else:
+        setattr(message, last, value)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_message_that_is_spoiled_below_is_good(kind: str) -> None:
+    make, take = KINDS[kind]
+    assert take(over_the_wire(make())).stamp_ns == STAMP_NS
+
+
+@pytest.mark.parametrize(
+    ("kind", "path", "value", "reason", "says"),
+    [
+        (
+            "imu",
+            "header.frame_id",
+            "leader/base_link",
+            Reason.FOREIGN,
+            "frame_id must be 'follower_1/base_link'",
+        ),
+        ("imu", "header.stamp.sec", -1, Reason.INVALID, "no valid stamp"),
+        ("imu", "header.stamp.nanosec", 10**9, Reason.INVALID, "no valid stamp"),
+        ("imu", "orientation.w", NAN, Reason.INVALID, "orientation must be finite"),
+        ("imu", "orientation.w", 0.95, Reason.INVALID, "orientation must be a unit quaternion (got norm 1.0"),
+        ("imu", "angular_velocity.y", -INF, Reason.INVALID, "angular_velocity must be finite"),
+        ("imu", "linear_acceleration.z", NAN, Reason.INVALID, "linear_acceleration must be finite"),
+        (
+            "imu",
+            "orientation_covariance[4]",
+            -1.0,
+            Reason.INVALID,
+            "orientation_covariance must not have neg",
+        ),
+        (
+            "imu",
+            "angular_velocity_covariance[1]",
+            NAN,
+            Reason.INVALID,
+            "angular_velocity_covariance must be fin",
+        ),
+        ("imu", "linear_acceleration_covariance[8]", INF, Reason.INVALID, "linear_acceleration_covariance"),
+        ("flow", "header.frame_id", "", Reason.FOREIGN, "(got '')"),
+        ("flow", "twist.twist.linear.x", NAN, Reason.INVALID, "twist.linear must be finite"),
+        ("flow", "twist.covariance[7]", -0.5, Reason.INVALID, "negative variances"),
+        ("sonar", "header.frame_id", "map", Reason.FOREIGN, "(got 'map')"),
+        ("sonar", "range", NAN, Reason.INVALID, "range must be non-negative or infinite (got nan)"),
+        ("sonar", "range", -0.5, Reason.INVALID, "(got -0.5)"),
+        ("sonar", "min_range", -0.5, Reason.INVALID, "min_range must be finite and not negative"),
+        ("sonar", "max_range", INF, Reason.INVALID, "max_range must be finite"),
+        ("sonar", "field_of_view", NAN, Reason.INVALID, "field_of_view must be finite"),
+        ("bearings", "header.frame_id", "leader/base_link", Reason.FOREIGN, "frame_id"),
+        ("bearings", "observations[1].target_id", "leader", Reason.INVALID, "'leader' is named twice"),
+        ("bearings", "observations[0].target_id", NAME, Reason.FOREIGN, "target 'follower_1'"),
+        ("bearings", "observations[0].target_id", "ufo", Reason.FOREIGN, "target 'ufo'"),
+        ("bearings", "observations[1].range", 0.0, Reason.INVALID, "range to 'follower_2' must be positive"),
+        ("bearings", "observations[1].range", INF, Reason.INVALID, "(got inf)"),
+        ("bearings", "observations[1].azimuth", 3.15, Reason.INVALID, "azimuth to 'follower_2'"),
+        ("bearings", "observations[1].elevation", NAN, Reason.INVALID, "elevation to 'follower_2'"),
+        ("bearings", "observations[1].covariance[3]", NAN, Reason.INVALID, "covariance must be finite"),
+        ("odometry", "header.frame_id", "odom", Reason.FOREIGN, "frame_id must be 'map' (got 'odom')"),
+        ("odometry", "child_frame_id", "leader/base_link", Reason.FOREIGN, "child_frame_id must be"),
+        ("odometry", "pose.pose.position.z", NAN, Reason.INVALID, "position must be finite"),
+        ("odometry", "pose.pose.orientation.x", 2.0, Reason.INVALID, "unit quaternion"),
+        ("odometry", "twist.twist.linear.y", INF, Reason.INVALID, "twist.linear must be finite"),
+        ("odometry", "twist.twist.angular.y", NAN, Reason.INVALID, "twist.angular must be finite"),
+        ("odometry", "pose.covariance[14]", -1e-9, Reason.INVALID, "pose.covariance must not have negative"),
+        ("odometry", "twist.covariance[35]", NAN, Reason.INVALID, "twist.covariance must be finite"),
+        ("command", "header.frame_id", "follower_2/base_link", Reason.FOREIGN, "frame_id"),
+        ("command", "speeds[2]", NAN, Reason.INVALID, "speeds must be finite"),
+        ("command", "speeds[2]", -1.0, Reason.INVALID, "speeds must not be negative (got -1 rad/s)"),
+        ("command", "predicted_speeds[55]", INF, Reason.INVALID, "predicted_speeds must be finite"),
+        ("command", "predicted_speeds[0]", -2.0, Reason.INVALID, "predicted_speeds must not be negative"),
+        ("command", "period.nanosec", 0, Reason.INVALID, "period must be positive (got 0 ns)"),
+        ("command", "period.sec", -1, Reason.INVALID, "period must be positive"),
+    ],
+)
+def test_rejected(kind: str, path: str, value: Any, reason: Reason, says: str) -> None:
+    make, take = KINDS[kind]
+    message = make()
+    change(message, path, value)
+    with pytest.raises(RejectionError, match=re.escape(says)) as error:
+        take(over_the_wire(message))
+    assert error.value.reason is reason
+    assert "\n" not in str(error.value)
+
+
+def test_a_zero_quaternion_is_rejected() -> None:
+    message = imu_message()
+    message.orientation.x = message.orientation.y = message.orientation.z = message.orientation.w = 0.0
+    with pytest.raises(RejectionError, match="got norm 0"):
+        conversions.imu_from_msg(message, NAME)
+
+
+def test_a_plan_of_a_broken_interval_is_rejected() -> None:
+    message = command_message()
+    message.predicted_speeds.pop()
+    with pytest.raises(RejectionError, match=re.escape("must hold 4 per interval (got 55)")):
+        conversions.rotor_command_from_msg(over_the_wire(message), NAME)
+
+
+def test_an_optic_flow_says_that_it_does_not_measure_rates() -> None:
+    message = flow_message()
+    covariance = np.reshape(message.twist.covariance, (6, 6))
+    assert np.all(covariance.diagonal()[3:] >= 1e6)
+    assert np.all(covariance[:3, 3:] == 0.0)
