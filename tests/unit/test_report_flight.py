@@ -168,8 +168,7 @@ def test_fault_is_told_first() -> None:
     ending = ending_from_log(log)
     assert (ending.outcome, ending.reason) == (Outcome.FAULT, "follower_1 collided with leader")
     page = Page(flight_page(log, ending, {}))
-    assert "The flight did not complete. follower_1 collided with leader" in page.text
-    assert "0.20 s, follower_1: follower_1 collided with leader" in page.text
+    assert "The flight did not complete. at 0.20 s, follower_1 collided with leader" in page.text
     assert page.text.index("did not complete") < page.text.index("Beside the paper")
 
 

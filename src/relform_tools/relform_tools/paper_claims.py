@@ -63,7 +63,7 @@ COMPARED = (
     Compared("leader_steady_mean_m", "leader position error, steady, mean", "slight", "m", 3),
     Compared("leader_yaw_steady_mean_deg", "leader yaw error, steady, mean", "", "deg", 1),
     Compared("follower_yaw_steady_mean_deg", "follower yaw error, steady, mean", "", "deg", 1),
-    Compared("view_margin_min_deg", "margin in the field of view, smallest", "kept", "deg", 1),
+    Compared("view_margin_min_deg", "margin in the field of view, smallest", "satisfied", "deg", 1),
     Compared("separation_min_m", "smallest separation", "", "m", 2),
     Compared("tilt_max_deg", "tilt, maximum", "", "deg", 0),
     Compared("rotor_max_rpm", "rotor speed, maximum", "<= 6000 rpm", "rpm", claim=6000.0, bound=True),

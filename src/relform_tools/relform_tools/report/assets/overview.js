@@ -1,0 +1,50 @@
+// From where to see a whole flight: spread out, and with little of it behind the legend and the small view.
+
+const SIDES = 16, FIRST_SIDE = -0.75, OVERVIEW_ELEVATION = 0.42; // directions that are tried [rad]
+const COST_OF_HIDING = 4; // of the whole path, beside 1 for a picture as wide as the widest
+const WIDE_ENOUGH = 0.85; // of the widest: of sides like these the first one is taken
+const EVERY = 5; // instants between the points that stand for a path
+
+class Overview {
+  constructor(flight) {
+    this.team = [];
+    this.ground = [];
+    for (let tick = 0; tick < flight.tick.length; tick += EVERY) {
+      for (let vehicle = 0; vehicle < flight.count; vehicle++) this.team.push([...flight.path(vehicle, tick)]);
+      const [x, y] = flight.path(0, tick);
+      this.ground.push([x, y, 0]);
+    }
+  }
+
+  fit(camera, margin) {
+    camera.fit([...this.team, ...this.ground], margin);
+  }
+
+  /** Share of the paths that is behind a rectangle on the screen. */
+  hidden(camera, { x, y, width, height }) {
+    const behind = this.team.filter((point) => {
+      const [px, py] = camera.place(camera.see(...point));
+      return px > x && px < x + width && py > y && py < y + height;
+    });
+    return behind.length / this.team.length;
+  }
+
+  /** How far the flight reaches from left to right [m]: looking along a path hides it behind itself. */
+  width(camera) {
+    const across = this.ground.map((point) => camera.see(...point)[0]);
+    return Math.max(...across) - Math.min(...across);
+  }
+
+  /** The azimuth of the best of all sides; of the corners, the small view will take the one where it hides least. */
+  bestAzimuth(camera, margin, legend, corners) {
+    const sides = Array.from({ length: SIDES }, (_, side) => {
+      camera.azimuth = FIRST_SIDE + side * 2 * Math.PI / SIDES;
+      this.fit(camera, margin);
+      const hidden = this.hidden(camera, legend) + Math.min(...corners.map((corner) => this.hidden(camera, corner)));
+      return { azimuth: camera.azimuth, width: this.width(camera), hidden };
+    });
+    const widest = Math.max(...sides.map(({ width }) => width));
+    const cost = ({ width, hidden }) => COST_OF_HIDING * hidden - Math.min(width / widest, WIDE_ENOUGH);
+    return sides.reduce((best, side) => (cost(side) < cost(best) ? side : best)).azimuth;
+  }
+}

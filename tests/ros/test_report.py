@@ -1,0 +1,146 @@
+"""scripts/report.py on recorded flights: a run, a bag alone, one cut off, and bags without a flight."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Vector3
+from nav_msgs.msg import Odometry
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Header
+
+from relform_msgs.msg import FormationReference, RelativePosition
+from relform_tools.bag_writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT, BagWriter
+from relform_tools.report.command import main
+from support.pages import Page, unpack
+from support.scenarios import paper_scenario
+
+SCENARIO = paper_scenario(seed=11)
+VEHICLES = SCENARIO.config.team.vehicles
+STEPS = 30
+REFERENCE = "/formation/reference"
+
+
+def write_bag(folder: Path, without: str = "") -> Path:
+    """A flight along x; its MCAP file."""
+    attachments = {
+        CONFIG_ATTACHMENT: SCENARIO.effective_yaml,
+        VERSIONS_ATTACHMENT: json.dumps({"relform": "7.8.9"}),
+    }
+    types = {f"/{vehicle}/ground_truth": "nav_msgs/msg/Odometry" for vehicle in VEHICLES}
+    types[REFERENCE] = "relform_msgs/msg/FormationReference"
+    with BagWriter(folder, attachments) as writer:
+        for topic, type_name in types.items():
+            if topic != without:
+                writer.add_topic(topic, type_name, [])
+        for step in range(STEPS):
+            header = Header(stamp=Time(sec=step // 20, nanosec=step % 20 * 50_000_000))
+            for topic in types:
+                if topic == without:
+                    continue
+                message = reference(header, step) if topic == REFERENCE else truth(header, topic, step)
+                writer.write(topic, serialize_message(message), 50_000_000 * step, 0)
+            writer.flush()
+    return writer.file
+
+
+def reference(header: Header, step: int) -> FormationReference:
+    formation = [
+        RelativePosition(observer_id=observer, target_id=target, position=Vector3(x=-1.0))
+        for observer in VEHICLES
+        for target in VEHICLES
+        if observer != target
+    ]
+    place = Point(x=0.1 * step, y=0.0, z=2.0)
+    return FormationReference(header=header, step=step, phase="A", leader_position=place, formation=formation)
+
+
+def truth(header: Header, topic: str, step: int) -> Odometry:
+    message = Odometry(header=header)
+    message.pose.pose.position = Point(x=0.1 * step - VEHICLES.index(topic.split("/")[1]), y=0.03, z=2.0)
+    return message
+
+
+def test_bag_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_bag(tmp_path / "bag")
+    assert main([str(file), "--no-figures"]) == 0
+    report = file.parent / "report.html"
+    assert capsys.readouterr().out == f"{report}\n"
+    page = Page(report.read_text())
+    assert "The recording ends after 30 of 540 control steps." in page.text
+    assert page.tables["versions"] == [["relform", "7.8.9"]]
+    np.testing.assert_allclose(unpack(page.data["position"])[:, 0, 0], 0.1 * np.arange(STEPS), rtol=1e-6)
+    rows = {label: value for label, value, _ in page.tables["compared"][1:]}
+    assert rows["leader position error, steady, mean"] == "0.030 m"
+
+
+def test_run_tells_how_it_ended_and_has_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_bag(tmp_path / "run/bag")
+    summary = {
+        "outcome": "failed",
+        "reason": "/leader/quadrotor died",
+        "wall_s": 2.0,
+        "flown_s": 1.45,
+        "versions": {"relform": "1.2.3"},
+    }
+    (tmp_path / "run/summary.json").write_text(json.dumps(summary))
+    out = tmp_path / "elsewhere.html"
+    assert main([str(tmp_path / "run"), "--out", str(out)]) == 0
+    page = Page(out.read_text())
+    assert "The flight did not complete. /leader/quadrotor died" in page.text
+    assert page.tables["versions"] == [["relform", "1.2.3"]]
+    names = capsys.readouterr().out.split()
+    assert names[0] == str(out)
+    assert all(Path(name).is_file() and Path(name).parent == tmp_path / "figures" for name in names[1:])
+    assert len(names) == 11
+
+
+def test_bag_that_was_cut_off(tmp_path: Path) -> None:
+    content = write_bag(tmp_path / "bag").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(content[: len(content) // 2])
+    assert main([str(tmp_path / "cut.mcap"), "--no-figures"]) == 0
+    page = Page((tmp_path / "report.html").read_text())
+    assert 0 < len(unpack(page.data["step"])) < STEPS
+
+
+@pytest.mark.parametrize(
+    ("without", "expected"),
+    [
+        ("/leader/ground_truth", "no flight in it: there is no message on /leader/ground_truth"),
+        (REFERENCE, "no flight in it: there is no message on /formation/reference"),
+    ],
+)
+def test_topic_that_is_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], without: str, expected: str
+) -> None:
+    file = write_bag(tmp_path / "bag", without)
+    assert main([str(tmp_path / "bag")]) == 2
+    assert capsys.readouterr().err == f"error: {file}: {expected}\n"
+    assert not (tmp_path / "bag/report.html").exists()
+
+
+def test_bag_from_elsewhere_and_no_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with BagWriter(tmp_path / "bag", {}) as writer:
+        pass
+    assert main([str(tmp_path / "bag")]) == 2
+    assert (
+        capsys.readouterr().err
+        == f"error: {writer.file}: not a bag of relform: it has no attachment config.yaml\n"
+    )
+    (tmp_path / "picture.mcap").write_bytes(b"\x89PNG and more")
+    assert main([str(tmp_path / "picture.mcap")]) == 2
+    assert capsys.readouterr().err == f"error: {tmp_path / 'picture.mcap'}: not an MCAP file\n"
+
+
+@pytest.mark.parametrize("content", ["{", '{"outcome": "won"}'])
+def test_summary_that_cannot_be_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str
+) -> None:
+    write_bag(tmp_path / "run/bag")
+    (tmp_path / "run/summary.json").write_text(content)
+    assert main([str(tmp_path / "run")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"error: {tmp_path / 'run/summary.json'}: ")
+    assert error.count("\n") == 1
