@@ -20,7 +20,7 @@ def view_margins(log: FlightLog) -> Floats:
         Margins [rad], shape (T, n, n), axes observer i, target j; NaN on the diagonal.
     """
     p_BB_N = log.p_NB_N[:, None, :, :] - log.p_NB_N[:, :, None, :]
-    p_BB_B = np.einsum("tiba,tijb->tija", _rotations(log.q_NB), p_BB_N)
+    p_BB_B = _into_body(p_BB_N, log.q_NB[:, :, None, :])
     x, y, z = np.moveaxis(p_BB_B, -1, 0)
     azimuth, elevation = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
     sectors = log.scenario.config.sensors.range_bearing.sectors
@@ -39,9 +39,12 @@ def _sector_margin(sector: Sector, azimuth: Floats, elevation: Floats) -> Floats
     return np.minimum(vertical, width / 2.0 - away)
 
 
-def _rotations(q_NB: Floats) -> Floats:
-    """R_NB of unit quaternions (x, y, z, w), shape (..., 4) to (..., 3, 3)."""
-    from scipy.spatial.transform import Rotation
+def _into_body(p_N: Floats, q_NB: Floats) -> Floats:
+    """R_NB^T p_N, shape (..., 3); ``q_NB`` is a unit quaternion (x, y, z, w), shape (..., 4).
 
-    matrices = Rotation.from_quat(q_NB.reshape(-1, 4)).as_matrix()
-    return np.asarray(matrices, dtype=np.float64).reshape(*q_NB.shape[:-1], 3, 3)
+    Not with SciPy, whose Rotation takes longer to import than a flight takes to score.
+    """
+    axis, w = -q_NB[..., :3], q_NB[..., 3:]
+    twice = 2.0 * np.cross(axis, p_N)
+    p_B: Floats = p_N + w * twice + np.cross(axis, twice)
+    return p_B
