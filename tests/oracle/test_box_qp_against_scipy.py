@@ -32,6 +32,7 @@ def test_solution_and_multipliers(seed: int, size: int, tightness: float) -> Non
     # The slope that is left points out of the box where a bound is active, and is zero elsewhere.
     np.testing.assert_allclose(found.multipliers, -J.T @ (J @ expected.x + r), atol=1e-6)
     np.testing.assert_array_equal(np.sign(found.multipliers), expected.active_mask)
+    assert (found.iterations > 1) == found.multipliers.any()
 
 
 def test_cases_with_and_without_active_bounds_are_among_them() -> None:

@@ -40,23 +40,27 @@ def jacobian(problem: Problem, guess: Plan) -> Array:
 
 
 def moved(problem: Problem, seed: int) -> Problem:
-    """The same team, found to be a little elsewhere than predicted."""
+    """The same team, found to be a little elsewhere and to move otherwise than predicted."""
     generator = np.random.default_rng(seed)
     poses = Poses(
         problem.poses.p_NI_N + generator.uniform(-0.05, 0.05, problem.poses.p_NI_N.shape),
         problem.poses.yaw_NI + generator.uniform(-0.1, 0.1, problem.poses.yaw_NI.shape),
     )
-    return dataclasses.replace(problem, poses=poses)
+    states = problem.initial_states + generator.uniform(-0.1, 0.1, problem.initial_states.shape)
+    states[:, layout.POSITION] = states[:, layout.YAW] = 0.0
+    return dataclasses.replace(problem, poses=poses, initial_states=states)
 
 
 @pytest.mark.parametrize(
     ("seed", "n_vehicles", "disturbance", "bounds_are_active"),
     [(1, 2, 0.05, False), (2, 3, 0.2, True), (3, 4, 0.3, True)],
 )
-def test_one_step_in_another_geometry_than_the_prepared_one(
+def test_one_step_from_other_measurements_than_predicted(
     seed: int, n_vehicles: int, disturbance: float, bounds_are_active: bool
 ) -> None:
-    """The residuals are those of the measured geometry, their derivatives those of the prepared one."""
+    """Residuals are those of the measured geometry, to first order in the measured states; their derivatives
+    by the inputs are those of the prepared geometry.
+    """
     predicted = random_problem(seed, n_vehicles, "controller.horizon_steps=6", disturbance=disturbance)
     measured = moved(predicted, seed)
     ocp, guess = predicted.ocp, feasible_guess(predicted, seed)
@@ -68,7 +72,12 @@ def test_one_step_in_another_geometry_than_the_prepared_one(
 
     scale = np.sqrt(weights(predicted))
     J = scale[:, None] * jacobian(predicted, guess)
-    r = scale * residual(measured, measured.initial_states, guess.thrusts)
+    change = measured.initial_states - predicted.initial_states
+    ahead, behind = (
+        residual(measured, predicted.initial_states + sign * STEP * change, guess.thrusts) for sign in (1, -1)
+    )
+    r = residual(measured, predicted.initial_states, guess.thrusts) + (ahead - behind) / (2 * STEP)
+    r *= scale
     flat = guess.thrusts.reshape(-1)
     bounds = (ocp.thrust_min - flat, ocp.thrust_max - flat)
     expected = lsq_linear(J, -r, bounds, method="bvls", tol=1e-14)

@@ -134,6 +134,28 @@ def test_without_localization_the_pose_of_the_leader_is_the_predicted_one() -> N
     assert geometry.yaw_NI == prediction.geometry.yaw_NI
 
 
+def test_the_order_of_the_messages_does_not_matter() -> None:
+    measurements = measure(random_team(np.random.default_rng(6), 3), NAMES)
+    reversed_order = dict(reversed(measurements.by_vehicle.items()))
+    assert_same(
+        make_feedback().update(dataclasses.replace(measurements, by_vehicle=reversed_order), 0.0, None),
+        make_feedback().update(measurements, 0.0, None),
+    )
+
+
+def test_each_gyro_adds_its_own_noise_to_a_yaw_that_is_held() -> None:
+    measurements = measure(random_team(np.random.default_rng(7), 3), NAMES)
+    imu = measurements.by_vehicle["follower_1"].imu
+    assert imu is not None
+    better = dataclasses.replace(imu, gyro_covariance=0.25 * imu.gyro_covariance)
+    measurements = without(measurements, "follower_1", imu=better)
+    feedback = make_feedback()
+    before = feedback.update(measurements, 0.0, None).yaw_estimates[PAIRS.index((0, 1))]
+    blind = blinded(measurements, "leader", "follower_1")
+    after = feedback.update(blind, 0.0, make_prediction()).yaw_estimates[PAIRS.index((0, 1))]
+    assert after.variance - before.variance == pytest.approx(1.25 * GYRO_VARIANCE * PERIOD**2)
+
+
 def test_sonar_is_not_used() -> None:
     measurements = measure(random_team(np.random.default_rng(6), 3), NAMES)
     assert_same(

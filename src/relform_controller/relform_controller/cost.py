@@ -38,10 +38,6 @@ class CostLinearization:
     guess: Plan
     jacobian: Array
     """d residual / d inputs with the states condensed out, shape (row, vehicle * N * N_INPUT)."""
-    pair_by_observer: Array
-    """d p_B1B2_C1 / d (p_I1B1_I1, yaw_I1B1), shape (pair, stage 0..N, 3, 4)."""
-    pair_by_target: Array
-    """d p_B1B2_C1 / d p_I2B2_I2, shape (pair, stage 0..N, 3, 3)."""
     acceleration: NetAcceleration
 
 
@@ -110,7 +106,7 @@ class TeamCost:
         for k in range(self._ocp.n_stages):
             acceleration_map[:, k, :, k * n_input : (k + 1) * n_input] += acceleration.by_thrusts[:, k]
         self._fill_own_rows(jacobian, "acceleration", acceleration_map.reshape(n, -1, n_own))
-        return CostLinearization(guess, jacobian, by_observer, by_target, acceleration)
+        return CostLinearization(guess, jacobian, acceleration)
 
     def hessian(self, jacobian: Array) -> Array:
         """Gauss-Newton: 2 J' W J, shape (vehicle * N * N_INPUT,) * 2.
@@ -144,13 +140,13 @@ class TeamCost:
             applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
         """
         guess = linearization.guess
-        p_B1B2_C1 = self._pair_terms(guess.states, geometry)[0]
+        p_B1B2_C1, by_observer, by_target = self._pair_terms(guess.states, geometry)
         observer_deviation = state_deviation[self._observers][..., _POSITION_AND_YAW]
         target_deviation = state_deviation[self._targets][..., layout.POSITION]
         p_B1B2_C1 = (
             p_B1B2_C1
-            + np.einsum("pkij,pkj->pki", linearization.pair_by_observer, observer_deviation)
-            + np.einsum("pkij,pkj->pki", linearization.pair_by_target, target_deviation)
+            + np.einsum("pkij,pkj->pki", by_observer, observer_deviation)
+            + np.einsum("pkij,pkj->pki", by_target, target_deviation)
         )
         leader = guess.states[0] + state_deviation[0]
         R_NI = rotation_z(geometry.yaw_NI)
@@ -173,7 +169,10 @@ class TeamCost:
         return np.concatenate([residuals[name].reshape(-1) for name in self._slices])
 
     def _pair_terms(self, states: Array, geometry: TeamGeometry) -> tuple[Array, Array, Array]:
-        """p_B1B2_C1 and its derivatives by observer and target, each of shape (pair, stage 0..N, ...)."""
+        """p_B1B2_C1 and its derivatives by observer and target, each of shape (pair, stage 0..N, ...).
+
+        They live in the kernel's memory until the next call.
+        """
         observer = states[self._observers][..., _POSITION_AND_YAW]
         target = states[self._targets][..., layout.POSITION]
         frames = np.concatenate([geometry.p_I1I2_I1, geometry.yaw_I1I2[:, None]], axis=1)

@@ -2,7 +2,7 @@
 
 `prepare` linearises around a guess, condenses and factorises. `feedback` embeds the measured states as
 deviations from the guess, re-evaluates the residuals in the measured geometry, solves the quadratic program
-with bounds on the inputs, and expands. The Gauss-Newton derivatives stay those of the preparation.
+with bounds on the inputs, and expands. The derivatives by the inputs stay those of the preparation.
 """
 
 from dataclasses import dataclass
