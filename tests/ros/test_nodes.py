@@ -1,0 +1,264 @@
+"""The nodes by hand: in any order, with one missing, silent or interrupted, among strangers, on request."""
+
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import domain_coordinator
+import numpy as np
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Vector3
+from nav_msgs.msg import Odometry
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import Imu
+
+from relform_msgs.msg import FormationEvent, FormationReference, RelativePosition, RotorSpeeds, StepDone
+from relform_msgs.srv import SetFormation
+from relform_ros.fields import stamp_to_msg
+from relform_ros.qos import LATCHED, LOCKSTEP
+from relform_ros.topics import DIAGNOSTICS, EVENTS, REFERENCE, vehicle_node
+from relform_tools.flight import fly_in_process
+from support.nodes import Nodes, short
+from support.scenarios import paper_scenario
+
+VEHICLES = ("leader", "follower_1", "follower_2")
+EXIT_SILENT, EXIT_INTERRUPTED = 2, 130
+
+
+@pytest.fixture
+def domain_id() -> Iterator[int]:
+    with domain_coordinator.domain_id() as domain:
+        yield domain
+
+
+class Observer:
+    """A node of the test in the domain of a flight."""
+
+    def __init__(self, domain_id: int) -> None:
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain_id)
+        self.node: Node = rclpy.create_node("observer", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+
+    def collect(self, type_: Any, topic: str, qos: Any = LOCKSTEP) -> list[Any]:
+        """The messages of a topic, as they come in."""
+        messages: list[Any] = []
+        self.node.create_subscription(type_, topic, messages.append, qos)
+        return messages
+
+    def until(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            assert time.monotonic() < deadline, "waited in vain"
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
+
+
+@pytest.fixture
+def observer(domain_id: int) -> Iterator[Observer]:
+    observer = Observer(domain_id)
+    yield observer
+    observer.close()
+
+
+def test_any_order_of_starting(tmp_path: Path, domain_id: int) -> None:
+    with Nodes(paper_scenario(short(0.5)), tmp_path, domain_id) as nodes:
+        for name in ("clock", "follower_2", "controller", "leader"):
+            nodes.start(name)
+        time.sleep(2.0)  # the others are waiting by then
+        assert all(process.poll() is None for process in nodes.processes.values())
+        nodes.start("follower_1")
+        for name in nodes.processes:
+            assert nodes.end(name) == (0, "")
+
+
+def test_who_is_not_there_is_named(tmp_path: Path, domain_id: int) -> None:
+    with Nodes(paper_scenario(short(0.5)), tmp_path, domain_id) as nodes:
+        for name in ("leader", "follower_1", "controller"):
+            nodes.start(name)
+        nodes.start("clock", "start_timeout_s:=4.0")
+        code, errors = nodes.end("clock")
+    assert code == EXIT_SILENT
+    assert errors == "/sim/clock: not ready within 4 s: /follower_2/quadrotor\n"
+
+
+@pytest.mark.parametrize("name", ["follower_1", "controller"])
+def test_who_falls_silent_is_named_in_time(
+    name: str, tmp_path: Path, domain_id: int, observer: Observer
+) -> None:
+    """The others are late too, because they wait for it, but they are not to blame."""
+    ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
+    with Nodes(paper_scenario(short(20.0), "lockstep.step_timeout_s=1.5"), tmp_path, domain_id) as nodes:
+        for each in (*VEHICLES, "controller", "clock"):
+            nodes.start(each)
+        observer.until(lambda: len(ticks) > 20)
+        nodes.processes[name].send_signal(signal.SIGSTOP)
+        stopped = time.monotonic()
+        code, errors = nodes.end("clock")
+        took = time.monotonic() - stopped
+    assert code == EXIT_SILENT
+    full_name = "/formation/controller" if name == "controller" else vehicle_node(name)
+    assert errors.endswith(f" not finished within 1.5 s (lockstep.step_timeout_s): {full_name}\n")
+    assert errors.startswith("/sim/clock: step ")
+    assert 1.5 < took < 6.0
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_every_node_at_once(
+    signum: int, tmp_path: Path, domain_id: int, observer: Observer
+) -> None:
+    ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
+    with Nodes(paper_scenario(short(20.0)), tmp_path, domain_id) as nodes:
+        for name in (*VEHICLES, "controller", "clock"):
+            nodes.start(name)
+        observer.until(lambda: len(ticks) > 5)
+        for process in nodes.processes.values():
+            process.send_signal(signum)
+        sent = time.monotonic()
+        ends = {name: nodes.end(name) for name in nodes.processes}
+        took = time.monotonic() - sent
+    assert set(ends.values()) == {(EXIT_INTERRUPTED, "")}
+    assert took < 3.0  # 1 s by itself; the machine may be busy
+
+
+def formation(**positions: tuple[float, float, float]) -> list[RelativePosition]:
+    return [
+        RelativePosition(observer_id="leader", target_id=name, position=Vector3(x=x, y=y, z=z))
+        for name, (x, y, z) in positions.items()
+    ]
+
+
+@pytest.mark.parametrize(
+    ("request_", "says"),
+    [
+        (formation(follower_1=(-1.5, -0.5, 0.25)), "follower_2"),
+        (formation(follower_1=(-1.5, -0.5, 0.25), follower_2=(-1.5, -0.5, 0.3)), "apart"),
+        (formation(follower_1=(-1.5, -0.5, 0.25), ufo=(-1.5, 0.5, 0.3)), "ufo"),
+        (formation(follower_1=(float("nan"), -0.5, 0.25), follower_2=(-1.5, 0.5, 0.3)), "must be finite"),
+        (
+            formation(follower_1=(-1.5, -0.5, 0.25), follower_2=(-1.5, 0.5, 0.3)) * 2,
+            "'follower_1' is named twice",
+        ),
+        (
+            [RelativePosition(observer_id="follower_2", target_id="follower_1")],
+            "observer_id must be the leader 'leader' (got 'follower_2')",
+        ),
+    ],
+    ids=["incomplete", "too near", "unknown", "nan", "twice", "observer"],
+)
+def test_impossible_formations_are_refused(
+    request_: list[RelativePosition], says: str, flying: Observer
+) -> None:
+    answer = ask(flying, request_)
+    assert not answer.success
+    assert says in answer.message
+    assert "\n" not in answer.message
+
+
+@pytest.fixture(scope="module")
+def flying(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Observer]:
+    """An observer of a flight that is in the air for long."""
+    folder = tmp_path_factory.mktemp("flying")
+    with domain_coordinator.domain_id() as domain:
+        observer = Observer(domain)
+        ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
+        with Nodes(paper_scenario(short(600.0)), folder, domain) as nodes:
+            for name in (*VEHICLES, "controller", "clock"):
+                nodes.start(name)
+            observer.until(lambda: len(ticks) > 5)
+            yield observer
+        observer.close()
+
+
+def ask(observer: Observer, request: list[RelativePosition]) -> SetFormation.Response:
+    client = observer.node.create_client(SetFormation, "/formation/set_formation")
+    observer.until(client.service_is_ready)
+    future = client.call_async(SetFormation.Request(formation=request))
+    observer.until(future.done)
+    observer.node.destroy_client(client)
+    return future.result()
+
+
+def test_a_formation_is_flown_from_the_next_step_on(flying: Observer) -> None:
+    references = flying.collect(FormationReference, REFERENCE)
+    events = flying.collect(FormationEvent, EVENTS, LATCHED)
+    flying.until(lambda: len(references) > 2)
+    answer = ask(flying, formation(follower_1=(-1.25, -0.75, 0.25), follower_2=(-1.5, 0.5, -0.5)))
+    assert answer.success, answer.message
+    flying.until(lambda: any(event.kind == FormationEvent.SET_FORMATION for event in events))
+    event = next(event for event in events if event.kind == FormationEvent.SET_FORMATION)
+    assert answer.message == f"applies from step {event.step} on"
+    assert [pair.target_id for pair in event.formation] == ["follower_1", "follower_2"]
+    flying.until(lambda: references[-1].step > event.step + 1)
+
+    def target(reference: FormationReference) -> tuple[float, float, float]:
+        position = {(pair.observer_id, pair.target_id): pair.position for pair in reference.formation}[
+            "leader", "follower_1"
+        ]
+        return (position.x, position.y, position.z)
+
+    for reference in references:
+        expected = (-1.0, -0.5, -0.5) if reference.step < event.step else (-1.25, -0.75, 0.25)
+        assert target(reference) == expected, reference.step
+
+
+def test_strangers_are_counted_and_change_nothing(tmp_path: Path, domain_id: int, observer: Observer) -> None:
+    """An outside publisher spoils what it can: the commands are the same as without it, bit for bit."""
+    scenario = paper_scenario(short(3.0), seed=4)
+    expected = fly_in_process(scenario)
+    commands = observer.collect(RotorSpeeds, "/follower_1/rotor_speeds")
+    reports = observer.collect(DiagnosticArray, DIAGNOSTICS)
+    ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
+    imus = observer.node.create_publisher(Imu, "/follower_1/imu", LOCKSTEP)
+    truths = observer.node.create_publisher(Odometry, "/follower_2/ground_truth", LOCKSTEP)
+    dones = observer.node.create_publisher(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
+
+    def imu(step: int, frame: str = "follower_1/base_link", w: float = 1.0) -> Imu:
+        message = Imu()
+        message.header.stamp = stamp_to_msg(step * scenario.config.period_ns)
+        message.header.frame_id = frame
+        message.orientation.w = w
+        return message
+
+    with Nodes(scenario, tmp_path, domain_id) as nodes:
+        for name in (*VEHICLES, "controller", "clock"):
+            nodes.start(name)
+        for step in range(4, scenario.config.n_steps - 4, 4):
+            observer.until(lambda step=step: ticks[-1:] != [] and ticks[-1].step >= step)  # type: ignore[misc]
+            imus.publish(imu(step, w=float("nan")))
+            imus.publish(imu(step, frame="ufo/base_link"))
+            imus.publish(imu(step - 1))
+            imus.publish(imu(step + 1000))
+            truths.publish(Odometry())
+            dones.publish(StepDone(step=step, node="/ufo/quadrotor"))
+            dones.publish(StepDone(step=1, node="/leader/quadrotor"))
+        for name in nodes.processes:
+            assert (name, *nodes.end(name)) == (name, 0, "")
+    observer.until(lambda: len(commands) == scenario.config.n_steps)
+
+    flown = np.array([command.speeds for command in commands])
+    np.testing.assert_array_equal(flown, expected.rotor_speeds[:, VEHICLES.index("follower_1")])
+
+    status = {status.name: status for report in reports for status in report.status}
+    counts = {name: {entry.key: entry.value for entry in each.values} for name, each in status.items()}
+    controller = counts["/formation/controller"]
+    assert int(controller["rejected.invalid"]) > 0
+    assert int(controller["rejected.foreign"]) > 0
+    assert int(controller["rejected.early"]) > 0
+    assert int(controller["rejected.stale"]) + int(controller["rejected.duplicate"]) > 0
+    assert int(counts["/follower_1/quadrotor"]["rejected.foreign"]) > 0  # a ground truth without a frame
+    assert int(counts["/sim/clock"]["rejected.stale"]) > 0
+    assert counts["/follower_1/quadrotor"]["missing"] == "0"
+    assert status["/formation/controller"].message.startswith("rejected ")
+    assert status["/formation/controller"].level == DiagnosticStatus.WARN
