@@ -1,7 +1,8 @@
 """The leader's reference: the phases of a scenario as a smooth path with position, velocity and yaw.
 
-Horizontal speed, climb and turn rate blend from one phase into the next. The heading is the integral of the
-turn rate, the position that of the velocity, and the yaw follows the heading.
+Horizontal speed, climb and turn rate blend from one phase into the next, except that a turn has a turn rate
+of its own, from zero to zero. The heading is the integral of the turn rate, the position that of the
+velocity, and the yaw follows the heading.
 """
 
 import math

@@ -53,16 +53,19 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
     from relform_tools.summary_table import print_table
     from relform_tools.versions import software_versions
 
-    log = flown.log
-    summary = build_summary(log.scenario, flight_metrics(log), flown.ending, software_versions())
+    log, versions = flown.log, software_versions()
+    summary = build_summary(log.scenario, flight_metrics(log), flown.ending, versions)
     write_summary(folder.summary, summary)
     if log.phase:
         print_table(summary, console)
-    # Whoever interrupts a flight does not want to wait for its picture.
+    # Whoever interrupts a flight does not want to wait for its pictures.
     if log.phase and flown.ending.outcome is not Outcome.INTERRUPTED:
         from relform_tools.figures import draw_flight
+        from relform_tools.report.flight_page import write_flight_report
 
         draw_flight(log, folder.figure)
+        write_flight_report(folder.report, log, flown.ending, versions)
+        console.print(f"open {folder.report}", soft_wrap=True, highlight=False)
     console.print(f"{folder.path}: {', '.join(folder.present())}", soft_wrap=True, highlight=False)
 
 

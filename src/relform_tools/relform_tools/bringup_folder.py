@@ -23,6 +23,7 @@ class RunFolder:
         self.log = path / "log"
         self.summary = path / "summary.json"
         self.figure = path / "flight.png"
+        self.report = path / "report.html"
 
     def present(self) -> list[str]:
         """Names of what is in it; folders end in a slash."""
