@@ -1,0 +1,240 @@
+"""scripts/fly.py as a user runs it: what it leaves behind, and how it ends whatever happens to whom."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import pytest
+
+from relform_core.load import load_scenario
+from relform_tools.flight import fly_in_process
+from relform_tools.flight_log import FlightLog
+from relform_tools.flight_reader import read_flight_log
+from support.nodes import short
+from support.processes import processes_naming, wait_until
+from support.scenarios import PAPER
+
+FLY = Path(__file__).parents[2] / "scripts/fly.py"
+EXIT_FAILED, EXIT_BAD_INPUT, EXIT_FAULT, EXIT_INTERRUPTED = 1, 2, 3, 130
+LONG = short(60.0)
+END_S = 3.0
+
+
+class Fly:
+    """One run of the script; it and all its nodes are gone at the end, or the test fails."""
+
+    def __init__(self, folder: Path, *arguments: str, overrides: tuple[str, ...] = ()) -> None:
+        self.folder = folder
+        self._out, self._err = folder.with_suffix(".out"), folder.with_suffix(".err")
+        command = [sys.executable, str(FLY), "--scenario", str(PAPER), "--out", str(folder), *arguments]
+        for override in overrides:
+            command += ["--set", override]
+        environment = {name: value for name, value in os.environ.items() if name != "ROS_DOMAIN_ID"}
+        with self._out.open("wb") as out, self._err.open("wb") as err:
+            self.process = subprocess.Popen(command, env=environment, stdout=out, stderr=err)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.process.kill()
+        self.process.wait()
+        wait_until(lambda: processes_naming(str(self.folder)) == {}, timeout_s=END_S)
+
+    @property
+    def out(self) -> str:
+        return self._out.read_text()
+
+    @property
+    def err(self) -> str:
+        return self._err.read_text()
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        summary: dict[str, Any] = json.loads((self.folder / "summary.json").read_text())
+        return summary
+
+    def end(self, timeout_s: float = 90.0) -> int:
+        """Wait for the end and return the exit code; not a single process may be left."""
+        code = self.process.wait(timeout_s)
+        assert processes_naming(str(self.folder)) == {}
+        return code
+
+    def in_the_air(self) -> None:
+        """Wait until some steps were flown."""
+        wait_until(lambda: " / 60.0 s" in self.out and (self.folder / "bag").exists())
+        size = self.bag_size()
+        wait_until(lambda: self.bag_size() > size)
+
+    def bag_size(self) -> int:
+        return sum(file.stat().st_size for file in (self.folder / "bag").glob("*.mcap"))
+
+    def node(self, *marks: str) -> int:
+        """Process id of the node in whose command line all these texts occur."""
+        commands = processes_naming(str(self.folder))
+        (pid,) = [pid for pid, command in commands.items() if all(mark in command for mark in marks)]
+        return pid
+
+
+@pytest.fixture
+def fly(tmp_path: Path) -> Iterator[Callable[..., Fly]]:
+    flights: list[Fly] = []
+
+    def start(*arguments: str, overrides: tuple[str, ...] = (LONG,)) -> Fly:
+        flights.append(Fly(tmp_path / f"run {len(flights)}: #1", *arguments, overrides=overrides))
+        return flights[-1]
+
+    yield start
+    for flight in flights:
+        flight.__exit__(None, None, None)
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Fly]:
+    """Short flights: two with one seed, one without a recorder."""
+    folder = tmp_path_factory.mktemp("flown")
+    flights = {}
+    for name, arguments in (
+        ("first", ("--seed", "3")),
+        ("second", ("--seed", "3")),
+        ("other", ("--seed", "4", "--no-record")),
+    ):
+        with Fly(folder / name, *arguments, overrides=(short(1.0),)) as flight:
+            assert flight.end() == 0, flight.err
+        flights[name] = flight
+    return flights
+
+
+def test_what_a_flight_leaves_behind(flown: dict[str, Fly]) -> None:
+    flight = flown["first"]
+    names = {path.name for path in flight.folder.iterdir()}
+    assert {"bag", "config.yaml", "flight.png", "log", "summary.json"} <= names
+    assert {path.name for path in (flight.folder / "bag").iterdir()} == {"bag_0.mcap", "metadata.yaml"}
+    assert {path.read_text() for path in (flight.folder / "log").iterdir()} == {""}  # nobody complained
+    assert load_scenario(flight.folder / "config.yaml").seed == 3
+    assert flight.err == ""
+    summary = flight.summary
+    assert (summary["outcome"], summary["reason"]) == ("completed", None)
+    assert (summary["steps"], summary["steps_planned"], summary["flown_s"]) == (20, 20, 1.0)
+    assert 0.0 < summary["steady_mean_m"] < 0.3
+    assert summary["realtime_factor"] == pytest.approx(1.0 / summary["wall_s"])
+
+
+def test_what_a_user_sees(flown: dict[str, Fly]) -> None:
+    lines = flown["first"].out.splitlines()
+    assert lines[0].startswith("starting 6 nodes, ROS_DOMAIN_ID=")
+    assert lines[1].startswith("A hover")
+    assert "0.00 / 1.0 s" in lines[1]
+    assert "formation error 0.000 m" in lines[1]
+    assert "paper, seed 3: completed, 20 of 20 control steps" in " ".join(flown["first"].out.split())
+    assert lines[-1].startswith(str(flown["first"].folder))
+
+
+def test_the_same_seed_gives_the_same_flight_bit_for_bit(flown: dict[str, Fly]) -> None:
+    first, second = (read_flight_log(flown[name].folder) for name in ("first", "second"))
+    expected = fly_in_process(load_scenario(flown["first"].folder / "config.yaml"))
+    for log in (second, expected):
+        for name in ("rotor_speeds", "p_NB_N", "q_NB"):
+            assert getattr(first, name).tobytes() == getattr(log, name).tobytes(), name
+
+
+def test_without_a_recorder(flown: dict[str, Fly]) -> None:
+    flight = flown["other"]
+    assert not (flight.folder / "bag").exists()
+    assert flight.out.startswith("starting 5 nodes")
+    assert flight.summary["steps"] == 20
+    # Another seed, another flight; the same classes in one process fly it too.
+    assert flight.summary["mean_m"] != flown["first"].summary["mean_m"]
+    expected = fly_in_process(load_scenario(flight.folder / "config.yaml"))
+    assert flight.summary["rotor_mean_rpm"] == pytest.approx(mean_rpm(expected), rel=1e-12)
+
+
+def mean_rpm(log: FlightLog) -> float:
+    return float(np.mean(log.rotor_speeds)) * 60.0 / (2.0 * np.pi)
+
+
+def test_an_existing_folder_is_not_touched(tmp_path: Path) -> None:
+    folder = tmp_path / "there"
+    folder.mkdir()
+    with Fly(folder) as flight:
+        assert flight.end() == EXIT_BAD_INPUT
+    assert flight.err == f"{folder} exists already, not overwriting.\n"
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("when", ["at once", "nodes", "in flight"])
+def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
+    flight = fly()
+    match when:
+        case "at once":
+            wait_until(flight.folder.exists)
+        case "nodes":
+            wait_until(lambda: len(processes_naming(str(flight.folder))) == 7)
+        case _:
+            flight.in_the_air()
+    began = time.monotonic()
+    flight.process.send_signal(signal.SIGINT)
+    assert flight.end() == EXIT_INTERRUPTED
+    assert time.monotonic() - began < END_S
+    assert flight.err == "interrupted by SIGINT\n"
+    summary = flight.summary
+    assert (summary["outcome"], summary["reason"]) == ("interrupted", "interrupted by SIGINT")
+    if when == "in flight":
+        assert summary["steps"] > 0
+        assert len(read_flight_log(flight.folder).phase) >= summary["steps"]
+
+
+@pytest.mark.parametrize(
+    ("marks", "name"),
+    [
+        (("lib/relform_sim/quadrotor", "__ns:=/leader"), "/leader/quadrotor"),
+        (("lib/relform_controller/leader",), "/formation/controller"),
+        (("lib/relform_sim/clock",), "/sim/clock"),
+        (("lib/relform_tools/recorder",), "/recorder"),
+    ],
+    ids=["vehicle", "controller", "clock", "recorder"],
+)
+def test_a_node_that_dies_is_named(marks: tuple[str, ...], name: str, fly: Callable[..., Fly]) -> None:
+    flight = fly()
+    flight.in_the_air()
+    os.kill(flight.node(*marks), signal.SIGKILL)
+    assert flight.end() == EXIT_FAILED
+    summary = flight.summary
+    step = summary["steps"]
+    assert flight.err == f"{name} was killed by SIGKILL in step {step} ({step * 0.05:.2f} s)\n"
+    assert (summary["outcome"], summary["reason"]) == ("failed", flight.err.strip())
+    recorded = len(read_flight_log(flight.folder).phase)
+    assert recorded > 0 if name == "/recorder" else recorded >= step  # its last chunk was not written
+
+
+def test_nobody_outlives_the_script(fly: Callable[..., Fly]) -> None:
+    flight = fly()
+    flight.in_the_air()
+    flight.process.kill()
+    flight.process.wait()
+    wait_until(lambda: processes_naming(str(flight.folder)) == {}, timeout_s=END_S)
+    assert (flight.folder / "bag/metadata.yaml").exists()
+    assert len(read_flight_log(flight.folder).phase) > 0
+
+
+def test_a_fault_ends_the_flight(fly: Callable[..., Fly]) -> None:
+    fall = "events=[{kind: thrust_scale, start_s: 0.5, end_s: 9.0, target: follower_2, scale: 0.2}]"
+    flight = fly(overrides=(LONG, fall))
+    assert flight.end() == EXIT_FAULT
+    summary = flight.summary
+    assert summary["outcome"] == "fault"
+    assert summary["reason"].startswith("/follower_2/quadrotor in step ")
+    assert flight.err == f"{summary['reason']}\n"
+    assert 0.5 < summary["flown_s"] < 5.0
+    assert [fault.source for fault in read_flight_log(flight.folder).faults] == ["follower_2"]
+    assert (flight.folder / "flight.png").exists()
