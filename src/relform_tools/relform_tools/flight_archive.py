@@ -60,7 +60,8 @@ def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
             **arrays,
         )
     except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
-        raise RelformError(f"{path}: not a flight ({error}); remove it to fly it again") from None
+        problem = f"cannot be read as a flight ({error}); without it, it is flown again"
+        raise RelformError(f"{path}: {problem}") from None
 
 
 def _compact(values: Any) -> Any:
