@@ -21,6 +21,14 @@ demo: setup ## fly the paper's scenario (SEED=7, SCENARIO=config/scenarios/..., 
 test: setup ## all tests (ARGS="tests/unit -k yaw" for some)
 	@$(PYTHON_IN_VENV) -m pytest $(ARGS)
 
+.PHONY: paper
+paper: setup ## the paper's evaluation flown again, into runs/paper-evaluation (ARGS="--jobs 1"); goes on where it was stopped
+	@$(PYTHON_IN_VENV) scripts/paper.py $(ARGS)
+
+.PHONY: bench
+bench: setup ## speed of the solver and of flights without ROS
+	@$(PYTHON_IN_VENV) scripts/bench.py $(ARGS)
+
 .PHONY: lint
 lint: setup ## style, types and import rules
 	@$(PYTHON_IN_VENV) -m ruff check

@@ -17,6 +17,7 @@ from relform_tools.metrics import (
     relative_positions,
     scored_pairs,
     separation_min,
+    settling_time,
     steady_steps,
     tilts,
     yaw_of,
@@ -189,3 +190,19 @@ def test_tilt_is_the_angle_of_body_z_to_the_vertical() -> None:
     both = math.degrees(math.acos(math.cos(math.radians(20.0)) * math.cos(math.radians(35.0))))
     np.testing.assert_allclose(np.degrees(tilts(quaternions)), [12.0, 31.0, both], atol=1e-9)
     np.testing.assert_allclose(np.degrees(tilts(-quaternions)), [12.0, 31.0, both], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("errors", "expected"),
+    [
+        ([0.9, 0.5, 0.2, 0.05, 0.1, 0.08], 0.15),  # the steady window never exceeds 0.1
+        ([0.9, 0.05, 0.2, 0.05, 0.1, 0.08], 0.15),  # nor does what was small in between count
+        ([0.1, 0.05, 0.02, 0.05, 0.1, 0.08], 0.0),
+        ([0.9, 0.9, 0.9, 0.9, 0.1, 0.08], 0.2),
+    ],
+)
+def test_settling_time(errors: list[float], expected: float) -> None:
+    times = 11.0 + 0.05 * np.arange(6)
+    steady = np.arange(6) >= 4
+    assert settling_time(times, np.array(errors), steady) == pytest.approx(expected)
+    assert np.isnan(settling_time(times, np.array(errors), np.zeros(6, dtype=bool)))

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from relform_core.errors import RelformError
-from relform_tools import paper_figures
-from relform_tools.paper_figures import draw_paper_figures, over_runs
+from relform_tools import paper_figures, paper_plot
+from relform_tools.paper_figures import draw_paper_figures
+from relform_tools.paper_plot import over_runs
 from support.logs import perfect_builder
 from support.scenarios import paper_scenario
 
@@ -16,7 +17,8 @@ from support.scenarios import paper_scenario
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fewer pixels, drawn sooner."""
-    monkeypatch.setattr(paper_figures, "DPI", 40)
+    for module in (paper_figures, paper_plot):
+        monkeypatch.setattr(module, "DPI", 40)
 
 
 NAMES = ("formation_errors", "tracking_errors", "rotor_speeds", "solver", "trajectories_3d")

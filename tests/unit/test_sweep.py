@@ -75,6 +75,12 @@ def test_variants_of_a_file(tmp_path: Path) -> None:
     assert cold.set == ("a.b=1",)
 
 
+def test_paths_in_a_file_of_variants_are_relative_to_it(tmp_path: Path) -> None:
+    text = "variants: [{name: a, title: t, set: [controller=../b.yaml, 'vehicle={mass_kg: 1}', x=../c]}]"
+    (variant,) = load_variants(written(tmp_path, text))
+    assert variant.set == (f"controller={tmp_path.parent / 'b.yaml'}", "vehicle={mass_kg: 1}", "x=../c")
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -372,5 +378,5 @@ def test_an_archive_that_is_none(tmp_path: Path) -> None:
         with pytest.raises(RelformError, match=r"log\.npz: cannot be read as a flight"):
             read_log(tmp_path / "log.npz", paper_scenario())
     np.savez(tmp_path / "log.npz", phase=np.array(["A"]))
-    with pytest.raises(RelformError, match=r"log\.npz: cannot be read as a flight .*faults"):
+    with pytest.raises(RelformError, match=r"log\.npz: cannot be read as a flight: .*faults"):
         read_log(tmp_path / "log.npz", paper_scenario())

@@ -60,7 +60,7 @@ def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
             **arrays,
         )
     except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
-        problem = f"cannot be read as a flight ({error}); without it, it is flown again"
+        problem = f"cannot be read as a flight: {error}; delete it to fly again"
         raise RelformError(f"{path}: {problem}") from None
 
 

@@ -78,6 +78,9 @@ class PhaseMetrics:
     steps: int
     start: float
     """First control instant of the phase [s]; NaN: never reached."""
+    settling_time: float
+    """Time from there until the formation error, the mean over the pairs, is no longer larger than it ever
+    is in the steady window [s]; NaN: that was never reached."""
     score: Score
 
 
@@ -147,8 +150,15 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
 
     def score_phase(phase: PhaseConfig) -> PhaseMetrics:
         steps = np.array([name == phase.name for name in log.phase], dtype=np.bool_)
-        start = float(log.step_ns[steps][0]) / NANOSECONDS_PER_SECOND if steps.any() else np.nan
-        return PhaseMetrics(phase.name, phase.title, int(steps.sum()), start, score(steps))
+        times = log.step_ns[steps] / NANOSECONDS_PER_SECOND
+        return PhaseMetrics(
+            name=phase.name,
+            title=phase.title,
+            steps=len(times),
+            start=float(times[0]) if len(times) else np.nan,
+            settling_time=settling_time(times, errors[steps].mean(axis=1), steady[steps]),
+            score=score(steps),
+        )
 
     return FlightMetrics(
         steps=len(log.phase),
@@ -234,6 +244,22 @@ def steady_steps(log: FlightLog) -> Mask:
     margin_ns = config.period_ns // 2  # a window may begin on an instant, which is rounded
     begin_ns = [first_ns[phase] + delay_ns[phase] - margin_ns for phase in log.phase]
     return log.step_ns >= np.array(begin_ns, dtype=np.int64)
+
+
+def settling_time(times: Floats, errors: Floats, steady: Mask) -> float:
+    """Time from the first step until the error is no longer larger than it ever is in the steady window [s].
+
+    Args:
+        times: instants of the steps of one phase [s], shape (K,).
+        errors: at these, shape (K,).
+        steady: whether they are in the steady window, shape (K,).
+    Returns:
+        NaN if there is no steady window.
+    """
+    if not steady.any():
+        return np.nan
+    larger = np.flatnonzero(errors > errors[steady].max())
+    return float(times[larger[-1] + 1] - times[0]) if larger.size else 0.0
 
 
 def separation_min(p_NB_N: Floats) -> float:

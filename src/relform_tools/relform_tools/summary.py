@@ -110,6 +110,7 @@ def _phase(phase: PhaseMetrics) -> Json:
         "name": phase.name,
         "title": phase.title,
         "start_s": phase.start,
+        "settling_s": phase.settling_time,
         "steps": phase.steps,
         **_errors(phase.score.formation, "m"),
         **_errors(phase.score.leader_position, "m", "leader_"),

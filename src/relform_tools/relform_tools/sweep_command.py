@@ -13,7 +13,7 @@ from relform_core.errors import RelformError
 from relform_tools.summary import Json, Outcome
 from relform_tools.sweep_folder import REPORT, TABLE, SweepFolder
 from relform_tools.sweep_plan import Variant, load_variants, plan_runs
-from relform_tools.sweep_session import executor_for, fly_shown
+from relform_tools.sweep_session import executor_for, fly_shown, positive
 from relform_tools.versions import software_versions
 
 EXIT_FAILED = 1
@@ -63,10 +63,10 @@ def _parser() -> argparse.ArgumentParser:
         prog="sweep", description="Fly a scenario many times, without ROS, in parallel."
     )
     parser.add_argument("--scenario", type=Path, required=True, help="scenario file")
-    parser.add_argument("--runs", type=_positive, default=10, help="seeds per variant (default 10)")
+    parser.add_argument("--runs", type=positive, default=10, help="seeds per variant (default 10)")
     parser.add_argument("--seed", type=int, default=1, help="first seed (default 1)")
     parser.add_argument(
-        "--jobs", type=_positive, default=os.cpu_count() or 1, help="processes (default: one per core)"
+        "--jobs", type=positive, default=os.cpu_count() or 1, help="processes (default: one per core)"
     )
     parser.add_argument(
         "--scheduler", metavar="ADDRESS", help="fly on this Dask cluster instead (needs distributed)"
@@ -84,13 +84,6 @@ def _parser() -> argparse.ArgumentParser:
         help="change a key, in all variants",
     )
     return parser
-
-
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"must be at least 1, not {number}")
-    return number
 
 
 def _print_report(report: Json, console: Console) -> None:

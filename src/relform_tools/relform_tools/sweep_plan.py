@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from ruamel.yaml.error import YAMLError
 
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
-from relform_core.load import LoadedScenario, load_scenario
+from relform_core.load import SECTIONS_IN_FILES, LoadedScenario, load_scenario
 from relform_core.schema import Label, Schema
 from relform_tools.software import flight_software
 
@@ -25,6 +26,10 @@ class Variant(Schema):
     title: Label
     set: tuple[str, ...]
     """Overrides ``some.key=value``, as on the command line."""
+
+    def relative_to(self, folder: Path) -> "Variant":
+        """The same with the paths of whole sections taken from a folder."""
+        return self.model_copy(update={"set": tuple(_from_folder(override, folder) for override in self.set)})
 
 
 class VariantFile(Schema):
@@ -62,7 +67,7 @@ class Run:
 
 
 def load_variants(path: Path) -> tuple[Variant, ...]:
-    """Read a file of variants.
+    """Read a file of variants. Paths in it are relative to the file.
 
     Raises:
         ConfigError: it cannot be read or used; a line per problem, each with file, key and value.
@@ -77,9 +82,10 @@ def load_variants(path: Path) -> tuple[Variant, ...]:
     except TypeError:
         raise ConfigError(f"{path}: holds a value that is neither text, number, list nor mapping") from None
     try:
-        variants = VariantFile.model_validate_json(text).variants
+        listed = VariantFile.model_validate_json(text).variants
     except ValidationError as error:
         raise ConfigError(explain(error, tree, Origins(str(path)))) from None
+    variants = tuple(variant.relative_to(path.parent) for variant in listed)
     names = [variant.name for variant in variants]
     for name in names:
         if names.count(name) > 1:
@@ -107,3 +113,10 @@ def plan_runs(
         for seed in seeds
         for name, with_first_seed in loaded.items()
     ]
+
+
+def _from_folder(override: str, folder: Path) -> str:
+    key, separator, value = override.partition("=")
+    if key.strip() not in SECTIONS_IN_FILES or value.strip().startswith("{"):
+        return override
+    return f"{key}{separator}{os.path.normpath(folder / value.strip())}"

@@ -1,5 +1,6 @@
 """A sweep as its user sees it: on which processes it flies, and how far it is."""
 
+import argparse
 import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -21,6 +22,14 @@ from relform_tools.sweep import fly_all, in_order, resume
 from relform_tools.sweep_folder import SweepFolder
 from relform_tools.sweep_plan import Run
 from relform_tools.workers import LocalProcesses
+
+
+def positive(text: str) -> int:
+    """A number of flights or processes on a command line."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"must be at least 1, not {number}")
+    return number
 
 
 @contextmanager

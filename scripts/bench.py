@@ -1,0 +1,9 @@
+#!/usr/bin/env python3
+"""Measure the speed of the solver and of a flight without ROS. `--help` says more."""
+
+import sys
+
+from relform_tools.bench import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The paper's evaluation, flown again: its figures, its claims, and what each part of its method is worth."""
