@@ -13,6 +13,8 @@ COLD = {FULL: "cold", PAPER_TUNING: "paper_tuning_cold"}
 WARM_STARTS = (FULL, "shift_only", "hold", "cold_two_steps", "one_step", "cold")
 STRUCTURES = (FULL, "with_leader", "one_way", "gust", "gust_with_leader", "gust_one_way")
 TUNINGS = (FULL, PAPER_TUNING, "paper_tuning_cold", "paper_literal")
+PERFECT_SENSORS = ("noise_free", "paper_tuning_noise_free")
+ALL = tuple(dict.fromkeys((*WARM_STARTS, *STRUCTURES, *TUNINGS, *PERFECT_SENSORS)))
 
 FIRST_SEED, FEW, MANY = 1, 10, 50
 """The paper flew ten times."""
@@ -25,7 +27,7 @@ def plan_evaluation(scenario: Path, variants: Sequence[Variant], few: int, many:
         ConfigError: a variant is missing, or cannot be flown.
     """
     named = {variant.name for variant in variants}
-    for name in dict.fromkeys((*WARM_STARTS, *STRUCTURES, *TUNINGS)):
+    for name in ALL:
         if name not in named:
             raise ConfigError(f"the variants lack '{name}', which the evaluation needs")
     runs = plan_runs(scenario, variants, (), range(FIRST_SEED, FIRST_SEED + many))
