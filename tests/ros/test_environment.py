@@ -75,4 +75,4 @@ def test_executable_is_where_ros2_run_looks(entry: EntryPoint, tmp_path: Path) -
 
 
 def test_every_executable_is_known() -> None:
-    assert {entry.name for entry in EXECUTABLES} == {"clock", "leader", "quadrotor", "recorder"}
+    assert {entry.name for entry in EXECUTABLES} == {"clock", "leader", "player", "quadrotor", "recorder"}

@@ -69,7 +69,7 @@ def player() -> Iterator[Start]:
 
         def start(*parameters: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
             arguments = [word for parameter in parameters for word in ("-p", parameter)]
-            command = [str(PLAYER), "--ros-args", *arguments]
+            command = [str(PLAYER), "--ros-args", "-p", "wait_s:=30.0", *arguments]
             process = subprocess.Popen(command, text=True, stderr=subprocess.PIPE, stdin=stdin)
             stack.enter_context(process)
             stack.callback(process.kill)
@@ -82,7 +82,7 @@ def player() -> Iterator[Start]:
 def test_every_message_comes_once_and_in_order_at_any_rate(
     listener: Listener, player: Start, rate: float
 ) -> None:
-    process = player(f"bag:={SHORT_FLIGHT}", f"rate:={rate}")
+    process = player(f"bag:={SHORT_FLIGHT}", "topics:=['/clock', '/follower_1/imu']", f"rate:={rate}")
     listener.hear(until=lambda: process.poll() is not None)
     listener.hear(until=lambda: len(listener.ticks) >= TICKS, at_most_s=2.0)
     assert process.wait() == 0

@@ -46,7 +46,9 @@ class Player:
             loop=_parameter(node, "loop", False, "Start again at the end."),
             start_paused=_parameter(node, "start_paused", False, "Wait for the space key."),
         )
-        self._discovery = _parameter(node, "wait_s", 0.5, "Wall time for subscribers to be found [s].")
+        self._wait_max = _parameter(
+            node, "wait_s", 1.0, "Wall time that subscribers of all topics may take to be found [s]."
+        )
         chosen = {topic for topic in topics if topic}
         self._messages = _load(Path(bag), chosen, self._options.start_offset)
         # Remappings on the command line hold for these names as for any other.
@@ -57,7 +59,7 @@ class Player:
 
     def run(self) -> None:
         """Play to the end, or until a signal arrives."""
-        self._spinner.drain(self._discovery)
+        self._await_subscribers()
         first_ns = self._messages[0].log_time_ns
         with terminal_keyboard() as keyboard:
             if sys.stdin.isatty():
@@ -72,6 +74,14 @@ class Player:
                 timeline.jump(first_ns, time.monotonic())
         for publisher in self._publishers.values():
             publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=FAREWELL_S))
+
+    def _await_subscribers(self) -> None:
+        """Give those who are there the time to be found, so that they hear the first messages too."""
+        deadline = time.monotonic() + self._wait_max
+        while time.monotonic() < deadline and not all(
+            publisher.get_subscription_count() for publisher in self._publishers.values()
+        ):
+            self._spinner.once(KEY_LATENCY_S)
 
     def _wait(self, bag_time_ns: int, timeline: Timeline, keyboard: Keyboard) -> None:
         """Return when a bag time has come, or the message at it was asked for."""
