@@ -7,6 +7,7 @@ from relform_ros.lockstep import READY, Done
 from relform_ros.rejection import Reason, RejectionError
 
 LEADER, FOLLOWER, CONTROLLER = "/leader/quadrotor", "/follower_1/quadrotor", "/formation/controller"
+RECORDER, MONITOR = "/recorder", "/monitor"
 MEMBERS = (LEADER, FOLLOWER, CONTROLLER)
 
 
@@ -25,7 +26,23 @@ def now() -> SteadyClock:
 
 @pytest.fixture
 def barrier(now: SteadyClock) -> Barrier:
-    return Barrier(MEMBERS, period=0.05, start_timeout=60.0, step_timeout=2.0, now=now)
+    return Barrier(
+        MEMBERS, observers=(), n_steps=100, period=0.05, start_timeout=60.0, step_timeout=2.0, now=now
+    )
+
+
+@pytest.fixture
+def observed(now: SteadyClock) -> Barrier:
+    """A barrier with observers, for a flight of six steps."""
+    return Barrier(
+        MEMBERS,
+        observers=(RECORDER, MONITOR),
+        n_steps=6,
+        period=0.05,
+        start_timeout=60.0,
+        step_timeout=2.0,
+        now=now,
+    )
 
 
 def finish(barrier: Barrier, *nodes: str, fault: str = "") -> None:
@@ -113,7 +130,8 @@ def test_a_fault_explains_why_others_are_late(barrier: Barrier, now: SteadyClock
     [
         (Done("/stranger/quadrotor", 5, (), ""), Reason.FOREIGN),
         (Done(LEADER, 5, (), ""), Reason.DUPLICATE),
-        (Done(FOLLOWER, 4, (), ""), Reason.STALE),
+        (Done(FOLLOWER, 4, (), ""), Reason.DUPLICATE),
+        (Done(FOLLOWER, 3, (), ""), Reason.STALE),
         (Done(FOLLOWER, READY, (), ""), Reason.STALE),
         (Done(FOLLOWER, 6, (), ""), Reason.EARLY),
     ],
@@ -131,3 +149,69 @@ def test_rejected(barrier: Barrier, done: Done, reason: Reason) -> None:
 def test_who_flies_already_is_not_ready(barrier: Barrier) -> None:
     with pytest.raises(RejectionError, match=r"leader/quadrotor is in step 17, now is -1"):
         barrier.add(Done(LEADER, 17, (), ""))
+
+
+class TestObservers:
+    @pytest.fixture(autouse=True)
+    def started(self, observed: Barrier) -> None:
+        finish(observed, *MEMBERS, RECORDER)
+        assert not observed.complete()  # before the start they are waited for
+        finish(observed, MONITOR)
+        assert observed.complete()
+        assert observed.advance() == 0
+
+    def test_may_be_one_step_behind_and_no_more(self, observed: Barrier) -> None:
+        finish(observed, *MEMBERS)
+        for step in range(1, 5):
+            assert observed.complete()
+            assert observed.advance() == step
+            finish(observed, *MEMBERS)
+            for observer in (RECORDER, MONITOR):
+                assert not observed.complete()
+                observed.add(Done(observer, step - 1, (), ""))
+
+    def test_who_is_too_far_behind_is_named(self, observed: Barrier, now: SteadyClock) -> None:
+        finish(observed, *MEMBERS, MONITOR)
+        observed.advance()
+        finish(observed, *MEMBERS)
+        now.time += 2.1
+        with pytest.raises(SilentNodeError, match=r"^step 1 \(0.05 s\) .*: /recorder$"):
+            observed.complete()
+
+    def test_are_waited_for_at_the_end(self, observed: Barrier) -> None:
+        for _ in range(6):
+            finish(observed, *MEMBERS, RECORDER, MONITOR)
+            observed.advance()
+        finish(observed, *MEMBERS, RECORDER)
+        assert not observed.complete()
+        finish(observed, MONITOR)
+        assert observed.complete()
+
+    def test_are_waited_for_after_a_fault(self, observed: Barrier) -> None:
+        finish(observed, LEADER, FOLLOWER)
+        finish(observed, CONTROLLER, fault="no plan")
+        assert not observed.complete()
+        finish(observed, RECORDER, MONITOR)
+        assert observed.complete()
+        with pytest.raises(VehicleFaultError, match="no plan"):
+            observed.advance()
+
+    def test_one_that_cannot_go_on_is_not_waited_for(self, observed: Barrier) -> None:
+        finish(observed, *MEMBERS)
+        observed.advance()
+        observed.add(Done(RECORDER, 0, (), "disk full"))
+        finish(observed, *MEMBERS)
+        for step in (0, 1):
+            assert not observed.complete()
+            observed.add(Done(MONITOR, step, (), ""))
+        assert observed.complete()
+        with pytest.raises(VehicleFaultError, match=r"^/recorder in step 0 \(0.00 s\): disk full$"):
+            observed.advance()
+
+    @pytest.mark.parametrize(
+        ("step", "reason"), [(READY, Reason.DUPLICATE), (1, Reason.EARLY), (2, Reason.EARLY)]
+    )
+    def test_rejected(self, step: int, reason: Reason, observed: Barrier) -> None:
+        with pytest.raises(RejectionError) as error:
+            observed.add(Done(RECORDER, step, (), ""))
+        assert error.value.reason is reason

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -210,11 +211,14 @@ def test_a_node_that_dies_is_named(marks: tuple[str, ...], name: str, fly: Calla
     os.kill(flight.node(*marks), signal.SIGKILL)
     assert flight.end() == EXIT_FAILED
     summary = flight.summary
-    step = summary["steps"]
-    assert flight.err == f"{name} was killed by SIGKILL in step {step} ({step * 0.05:.2f} s)\n"
+    match = re.fullmatch(rf"{name} was killed by SIGKILL in step (\d+) \((.*) s\)\n", flight.err)
+    assert match is not None, flight.err
+    step = int(match[1])
+    assert float(match[2]) == pytest.approx(step * 0.05)
+    assert abs(summary["steps"] - step) <= 1  # it may have died in the midst of a step
     assert (summary["outcome"], summary["reason"]) == ("failed", flight.err.strip())
     recorded = len(read_flight_log(flight.folder).phase)
-    assert recorded > 0 if name == "/recorder" else recorded >= step  # its last chunk was not written
+    assert recorded > 0 if name == "/recorder" else recorded >= summary["steps"]  # its last chunk was lost
 
 
 def test_nobody_outlives_the_script(fly: Callable[..., Fly]) -> None:

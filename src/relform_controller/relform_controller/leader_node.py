@@ -39,6 +39,9 @@ from relform_ros.run_node import Spinner, run_node
 from relform_ros.sensors import SENSORS, SensorWire, sensors_of
 from relform_ros.topics import CONTROLLER_NODE, EVENTS, REFERENCE, SOLVER, STATE, vehicle_topic
 
+TELEMETRY = (STATE, SOLVER, REFERENCE, EVENTS)
+"""For observers; no vehicle waits for it."""
+
 
 class Leader:
     """Lets the controller decide once per step, as soon as all that the vehicles sent is there."""
@@ -74,21 +77,21 @@ class Leader:
         """
         for step in self._member.steps():
             self._wait_for_measurements(step)
-            decides = step < self._n_steps and not self._member.announcements.faulty(step)
-            if decides:
-                self._decide(step)
-            self._member.done(step)
+            if step < self._n_steps and not self._member.announcements.faulty(step):
+                decision = self._decide(step)
+                self._member.done(step, promised=TELEMETRY)
+                # The commands are out: the rest goes on while the vehicles fly the interval.
+                self._publish_telemetry(decision, list(self._inbox.at(step)))
+                self._controller.prepare_next()
+            else:
+                self._member.done(step)
             self._inbox.close(step)
             self._member.announcements.close(step)
-            if decides:
-                # The commands are out: this goes on while the vehicles fly the interval.
-                self._controller.prepare_next()
 
     def _wait_for_measurements(self, step: int) -> None:
         self._member.wait(lambda: self._inbox.has(step, self._member.announcements.sent(step)))
 
-    def _decide(self, step: int) -> None:
-        stamp_ns = step * self._period_ns
+    def _decide(self, step: int) -> Decision:
         messages = self._inbox.at(step)
         by_vehicle = {
             vehicle: VehicleMeasurements(
@@ -96,27 +99,29 @@ class Leader:
             )
             for vehicle in self._team.vehicles
         }
-        decision = self._controller.feedback(TeamMeasurements(step, stamp_ns, by_vehicle))
+        measurements = TeamMeasurements(step, step * self._period_ns, by_vehicle)
+        decision = self._controller.feedback(measurements)
         self._next_step = step + 1
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
         for vehicle, command in decision.commands.items():
-            self._member.publish(
-                vehicle_topic(vehicle, "rotor_speeds"), rotor_command_to_msg(command, vehicle)
-            )
-        self._member.publish(STATE, state_to_msg(decision))
-        self._member.publish(SOLVER, solver_to_msg(decision))
-        self._member.publish(REFERENCE, reference_to_msg(decision))
+            topic = vehicle_topic(vehicle, "rotor_speeds")
+            self._member.publish(topic, rotor_command_to_msg(command, vehicle))
+        return decision
+
+    def _publish_telemetry(self, decision: Decision, input_topics: list[str]) -> None:
         event = FormationEvent(
-            header=header_to_msg(stamp_ns),
-            step=step,
+            header=header_to_msg(decision.stamp_ns),
+            step=decision.step,
             kind=FormationEvent.STEP,
             source=CONTROLLER_NODE,
-            input_topics=list(messages),
-            input_stamps=[stamp_to_msg(stamp_ns)] * len(messages),
+            input_topics=input_topics,
+            input_stamps=[stamp_to_msg(decision.stamp_ns)] * len(input_topics),
             sqp_steps=decision.solver.sqp_steps,
         )
-        self._member.publish(EVENTS, event)
+        telemetry = (state_to_msg(decision), solver_to_msg(decision), reference_to_msg(decision), event)
+        for topic, message in zip(TELEMETRY, telemetry, strict=True):
+            self._member.fulfil(topic, message)
 
     def _measurement_callback(self, topic: str, vehicle: str, wire: SensorWire) -> Callable[[Any], None]:
         def on_measurement(msg: Any) -> None:

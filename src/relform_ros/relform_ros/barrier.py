@@ -23,8 +23,13 @@ class VehicleFaultError(FlightError):
 class Barrier:
     """Who has finished the current step, and who has not.
 
+    The observers, on whom no other member waits, may be one step behind: they hold up a flight only if they
+    cannot keep pace. Before the start, at the end and after a fault they are waited for like the others.
+
     Args:
-        members: fully qualified node names.
+        members: fully qualified node names, without the observers.
+        observers: likewise.
+        n_steps: the last step.
         period: length of a step [s], for messages.
         start_timeout: time that all members may take to be ready [s].
         step_timeout: time that all members may take for a step [s].
@@ -34,18 +39,24 @@ class Barrier:
     def __init__(
         self,
         members: Iterable[str],
+        observers: Iterable[str],
+        n_steps: int,
         period: float,
         start_timeout: float,
         step_timeout: float,
         now: Callable[[], float],
     ) -> None:
-        self._members = tuple(members)
+        self._observers = tuple(observers)
+        self._finished = dict.fromkeys((*members, *self._observers), READY - 1)
+        """The newest step that each member has finished."""
+        self._faults: dict[str, str] = {}
+        """Who cannot go on, and why."""
+        self._n_steps = n_steps
         self._period = period
         self._timeouts = start_timeout, step_timeout
         self._now = now
         self._step = READY
         self._began = now()
-        self._done: dict[str, Done] = {}
 
     @property
     def step(self) -> int:
@@ -56,52 +67,61 @@ class Barrier:
         """Take in that a member has finished a step.
 
         Raises:
-            RejectionError: it is no member, has finished before, or the step is not the current one.
+            RejectionError: it is no member, or this is not the step that it has to finish next.
         """
-        if done.node not in self._members:
+        if done.node not in self._finished:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is no member of this barrier")
-        if done.step != self._step:
-            reason = Reason.STALE if done.step < self._step else Reason.EARLY
-            raise RejectionError(reason, f"{done.node} is in step {done.step}, now is {self._step}")
-        if done.node in self._done:
+        expected = self._finished[done.node] + 1
+        if done.step == expected - 1:
             raise RejectionError(Reason.DUPLICATE, f"{done.node} has finished step {done.step} before")
-        self._done[done.node] = done
+        if done.step != expected or done.step > self._step:
+            reason = Reason.STALE if done.step < expected else Reason.EARLY
+            raise RejectionError(reason, f"{done.node} is in step {done.step}, now is {self._step}")
+        self._finished[done.node] = done.step
+        if done.fault:
+            self._faults[done.node] = f"{done.node} in {self._when(done.step)}: {done.fault}"
 
     def complete(self) -> bool:
-        """Whether all members have finished the current step.
+        """Whether the next step may begin.
 
         Raises:
-            SilentNodeError: not all, and their time is up.
-            VehicleFaultError: likewise, and another member reported a fault.
+            SilentNodeError: not yet, and the time for this one is up.
+            VehicleFaultError: likewise, and a member reported a fault.
         """
-        if len(self._done) == len(self._members):
+        if not (late := self._late()):
             return True
         timeout = self._timeouts[self._step != READY]
         if self._now() - self._began <= timeout:
             return False
         self._check_faults()
-        missing = [member for member in self._members if member not in self._done]
         if self._step == READY:
-            raise SilentNodeError(f"not ready within {timeout:g} s", missing)
+            raise SilentNodeError(f"not ready within {timeout:g} s", late)
         limit = f"{timeout:g} s (lockstep.step_timeout_s)"
-        raise SilentNodeError(f"{self._when()} not finished within {limit}", missing)
+        raise SilentNodeError(f"{self._when(self._step)} not finished within {limit}", late)
 
     def advance(self) -> int:
-        """Begin the next step, and return it.
+        """Begin the next step, and return it; after the last one it is ``n_steps + 1``.
 
         Raises:
-            VehicleFaultError: a member reported a fault in the step that ends.
+            VehicleFaultError: a member has reported a fault.
         """
         self._check_faults()
         self._step += 1
         self._began = self._now()
-        self._done = {}
         return self._step
 
-    def _check_faults(self) -> None:
-        for done in self._done.values():
-            if done.fault:
-                raise VehicleFaultError(f"{done.node} in {self._when()}: {done.fault}")
+    def _late(self) -> list[str]:
+        lag = 0 if self._step in (READY, self._n_steps) or self._faults else 1
+        return [
+            member
+            for member, finished in self._finished.items()
+            if finished < self._step - (lag if member in self._observers else 0)
+            and member not in self._faults
+        ]
 
-    def _when(self) -> str:
-        return f"step {self._step} ({self._step * self._period:.2f} s)"
+    def _check_faults(self) -> None:
+        for fault in self._faults.values():
+            raise VehicleFaultError(fault)
+
+    def _when(self, step: int) -> str:
+        return f"step {step} ({step * self._period:.2f} s)"

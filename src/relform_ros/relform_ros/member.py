@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -84,17 +84,23 @@ class LockstepMember:
             yield step
         self.endpoints.wait_until_received(FAREWELL_S)
 
-    def done(self, step: int, fault: str = "") -> None:
+    def done(self, step: int, fault: str = "", promised: Iterable[str] = ()) -> None:
         """Tell all members that this one has finished a step; to be called in each step.
 
         Args:
             fault: why the run cannot go on; empty: it can.
+            promised: topics of further messages of this step, for observers; ``fulfil`` must follow.
         """
         stamp_ns = step * self._period_ns
+        self._sent += promised
         if is_due(step, self._period_ns):
             report = diagnostics_to_msg(stamp_ns, self._name, self.endpoints.rejections, self.report())
             self.publish(DIAGNOSTICS, report)
         self._send_done(step, stamp_ns, fault)
+
+    def fulfil(self, topic: str, message: Any) -> None:
+        """Send a message that was promised."""
+        self.endpoints.publish(topic, message)
 
     def _discover(self) -> None:
         began = time.monotonic()

@@ -45,7 +45,9 @@ class ClockServer:
         for member in members(config.team, observers):
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
         self._barrier = Barrier(
-            members(config.team, observers),
+            members(config.team, ()),
+            observers,
+            n_steps=config.n_steps,
             period=config.controller.period,
             start_timeout=_read_start_timeout(node),
             step_timeout=config.lockstep.step_timeout,
