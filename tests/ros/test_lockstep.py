@@ -133,7 +133,7 @@ class TestTally:
         tally.add("/a/imu", PERIOD_NS)
         tally.add("/formation/events", PERIOD_NS)
         assert not tally.has(1, sent)
-        tally.add("/formation/events", PERIOD_NS)
+        assert tally.add("/formation/events", PERIOD_NS) == 2
         assert tally.has(1, sent)
 
     def test_rejected(self) -> None:

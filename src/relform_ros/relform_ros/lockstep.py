@@ -162,13 +162,15 @@ class StepTally:
         self._period_ns = period_ns
         self._steps: _OpenSteps[Counter[str]] = _OpenSteps(Counter)
 
-    def add(self, topic: str, stamp_ns: int) -> None:
-        """Count a message.
+    def add(self, topic: str, stamp_ns: int) -> int:
+        """Count a message, and tell the how many-th of its topic and step it is.
 
         Raises:
             RejectionError: no such step.
         """
-        self._steps.opened(step_at(stamp_ns, self._period_ns))[topic] += 1
+        step = self._steps.opened(step_at(stamp_ns, self._period_ns))
+        step[topic] += 1
+        return step[topic]
 
     def has(self, step: int, sent: Mapping[str, int] | None) -> bool:
         """Whether all was counted that was sent in a step on these topics; None: not known yet, so no."""

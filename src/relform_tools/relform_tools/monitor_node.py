@@ -17,8 +17,9 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.lockstep import StepTally
 from relform_ros.member import LockstepMember
 from relform_ros.raw import raw_stamp_ns
-from relform_ros.rejection import RejectionError
+from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
+from relform_ros.topics import EVENTS
 from relform_tools.flight_log import FlightLog, FlightLogBuilder
 from relform_tools.metrics import formation_errors, scored_pairs
 
@@ -102,7 +103,8 @@ class Monitor:
 
     def _take(self, topic: str, data: bytes, publish_time_ns: int) -> None:
         try:
-            self._tally.add(topic, raw_stamp_ns(data))
+            if self._tally.add(topic, raw_stamp_ns(data)) > 1 and topic != EVENTS:
+                raise RejectionError(Reason.DUPLICATE, "this step has this message already")
         except RejectionError as rejected:
             self._member.endpoints.rejections.count(topic, rejected)
             return
