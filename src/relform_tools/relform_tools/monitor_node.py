@@ -19,9 +19,12 @@ from relform_ros.member import LockstepMember
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
-from relform_ros.topics import EVENTS
+from relform_ros.topics import EVENTS, REFERENCE
 from relform_tools.flight_log import FlightLog, FlightLogBuilder
 from relform_tools.metrics import formation_errors, scored_pairs
+
+RECENT_STEPS = 3
+"""Among the messages of so many steps there is one step of which all have come in."""
 
 
 class Monitor:
@@ -42,7 +45,6 @@ class Monitor:
         self._on_step = on_step
         self._began = self._now = 0.0
         self._messages: list[tuple[str, bytes]] = []
-        self._newest: dict[str, bytes] = {}
         self._member = LockstepMember(node, spinner, scenario.config, observers)
         endpoints = self._member.endpoints
         self._types = {
@@ -83,7 +85,10 @@ class Monitor:
 
     def formation_error(self) -> float | None:
         """Mean true formation error of the scored pairs in the newest step [m]; None: there is none."""
-        log = self._decode(self._newest.items())
+        recent = self._messages[-RECENT_STEPS * len(self._types) :]
+        log = self._decode(
+            (topic, data) for topic, data in recent if topic.endswith(("/ground_truth", REFERENCE))
+        )
         if not log.phase:
             return None
         return float(np.mean(formation_errors(log, scored_pairs(self._scenario.config.team))[-1]))
@@ -109,7 +114,6 @@ class Monitor:
             self._member.endpoints.rejections.count(topic, rejected)
             return
         self._messages.append((topic, data))
-        self._newest[topic] = data
 
 
 @contextmanager
