@@ -134,9 +134,8 @@ def test_what_a_flight_leaves_behind(flown: dict[str, Fly]) -> None:
 def test_what_a_user_sees(flown: dict[str, Fly]) -> None:
     lines = flown["first"].out.splitlines()
     assert lines[0].startswith("starting 6 nodes, ROS_DOMAIN_ID=")
-    assert lines[1].startswith("A hover")
-    assert "0.00 / 1.0 s" in lines[1]
-    assert "formation error 0.000 m" in lines[1]
+    # The error is that of a step of which all has come in: at the first line there may be none yet.
+    assert re.fullmatch(r"A hover +0\.00 / 1\.0 s( +formation error 0\.000 m)? *", lines[1])
     assert "paper, seed 3: completed, 20 of 20 control steps" in " ".join(flown["first"].out.split())
     assert lines[-1].startswith(str(flown["first"].folder))
 
