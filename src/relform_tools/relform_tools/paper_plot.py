@@ -53,8 +53,8 @@ COMPARED_COLOUR = "#D55E00"
 PHASE_NAMES_PT = 11.0
 DENSE_LINES = 3
 """More than so many lines in one plot are thin."""
-ROOM = 1.25
-"""Over the highest line; what is compared may go beyond."""
+ROOM = 1.05
+"""Over the highest band; what is compared may go beyond."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,9 @@ def draw_over_time(
             _draw_band(axes, others, step_times(longest), panels[0], COMPARED_COLOUR, 0.9, compared.name)
         if panels[0].log_scale:
             _label_log_scale(axes)
-        told = set() if compared is None or index == 0 else {panels[0].lines[0].name, compared.name}
+        told = {panels[0].lines[0].name} if len(panels[0].lines) == 1 else set()  # by the title
+        if compared is not None:
+            told = {panels[0].lines[0].name, compared.name} if index else set()
         _write_heading(axes, panels[0], told, above=PHASE_NAMES_PT if index == 0 else 0.0)
     name_phases(rows[0], longest)
     rows[-1].set_xlabel("time [s]")
@@ -169,7 +171,7 @@ def _draw_panel(axes: Axes, panels: Sequence[Panel], time: Floats) -> None:
 def _draw_band(
     axes: Axes, series: Sequence[Floats], time: Floats, panel: Panel, colour: str, width: float, name: str
 ) -> float:
-    """A line with a band about it; returns the highest value of the line.
+    """A line with a band about it; returns the highest value of both.
 
     On a logarithmic scale these are mean and deviation of the logarithm.
     """
@@ -183,7 +185,7 @@ def _draw_band(
     if len(series) > 1:
         axes.fill_between(time[: len(low)], low, high, color=colour, alpha=0.25, linewidth=0)
     axes.plot(time[: len(middle)], middle, color=colour, linewidth=width, label=name)
-    finite = middle[np.isfinite(middle)]
+    finite = high[np.isfinite(high)]
     return float(finite.max()) if finite.size else np.nan
 
 
@@ -195,8 +197,6 @@ def _write_heading(axes: Axes, panel: Panel, told: Set[str], above: float) -> No
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
         if label not in told
     }
-    if len(handles) == 1:
-        handles.pop(panel.lines[0].name, None)  # the title names it
     if handles:
         bottom = 1.0 + above / 72.0 / (ROW_IN - TITLE_IN)
         axes.legend(
