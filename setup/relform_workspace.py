@@ -49,6 +49,7 @@ def activate() -> None:
         "LD_LIBRARY_PATH": ours_first(libraries, "LD_LIBRARY_PATH", shunned),
         "PYTHONPATH": ours_first([], "PYTHONPATH", shunned),
     }
+    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(WORKSPACE / "setup/fastdds.xml"))
     os.environ["AMENT_PREFIX_PATH"] = ours_first([*prefixes, Path(sys.prefix)], "AMENT_PREFIX_PATH", shunned)
 
     restarted = os.environ.pop(RESTARTED_AS, None) == str(os.getpid())
