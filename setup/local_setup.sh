@@ -10,4 +10,10 @@ for _relform_variable in AMENT_PREFIX_PATH CMAKE_PREFIX_PATH; do
     *) export "$_relform_variable=$_relform_prefix${_relform_value:+:$_relform_value}" ;;
     esac
 done
+# Completions of ros2, where the shell can complete and has none.
+if [ -n "${BASH_VERSION:-}" ]; then
+    complete -p ros2 >/dev/null 2>&1 || . "$_relform_prefix/ros2-completion.sh"
+elif [ -n "${ZSH_VERSION:-}" ] && type compdef >/dev/null 2>&1; then
+    . "$_relform_prefix/ros2-completion.sh"
+fi
 unset _relform_prefix _relform_variable _relform_value

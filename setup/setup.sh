@@ -117,6 +117,8 @@ create_environment() {
     done
     site_packages=$(.venv/bin/python -Ic 'import sysconfig; print(sysconfig.get_path("purelib"))')
     cp setup/relform_workspace.py "$site_packages/"
+    [[ -e .venv/bin/ros2 ]] || cp setup/ros2 .venv/bin/
+    .venv/bin/register-python-argcomplete ros2 >.venv/ros2-completion.sh
     # The underscore sorts it before the wheels' own .pth file.
     echo 'import relform_workspace' >"$site_packages/_relform_workspace.pth"
 }

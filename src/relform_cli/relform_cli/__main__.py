@@ -1,0 +1,70 @@
+"""``python -m relform_cli``: what the ``ros2`` of the environment runs."""
+
+import importlib
+import os
+import signal
+import sys
+from typing import NoReturn
+
+import argcomplete
+from argcomplete.lexers import split_line
+
+from relform_cli.commands import OneLineParser, command_modules, description_of
+
+DESCRIPTION = "The ros2 command of an environment without ros2cli."
+
+
+def build_parser(words: list[str]) -> OneLineParser:
+    """The parser of a command line; imports only the command that it names."""
+    parser = OneLineParser(prog="ros2", description=DESCRIPTION)
+    parser.add_argument(
+        "--use-python-default-buffering",
+        action="store_true",
+        help="leave the buffering of stdout to Python, rather than writing each line at once",
+    )
+    parser.set_defaults(run=lambda _: parser.print_help())
+    selected = next((word for word in words if not word.startswith("-")), None)
+    commands = parser.add_subparsers(title="commands", metavar="command")
+    for name, module in sorted(command_modules().items()):
+        description = description_of(module)
+        command_parser = commands.add_parser(name, help=description, description=description)
+        if name == selected:
+            importlib.import_module(module).add_arguments(command_parser)
+    return parser
+
+
+def command_line_to_complete() -> list[str] | None:
+    """What stands on the shell's line after "ros2", when it asks for completions."""
+    if "_ARGCOMPLETE" not in os.environ:
+        return None
+    _, _, _, words, _ = split_line(os.environ["COMP_LINE"], int(os.environ["COMP_POINT"]))
+    return words[1:]
+
+
+def terminate(*_: object) -> NoReturn:
+    sys.exit(signal.SIGTERM)
+
+
+def main() -> int:
+    """Exit code: 0, 1 on errors, 2 on wrong arguments and on SIGINT, 15 on SIGTERM."""
+    signal.signal(signal.SIGTERM, terminate)
+    words = command_line_to_complete()
+    try:
+        parser = build_parser(sys.argv[1:] if words is None else words)
+        argcomplete.autocomplete(parser, always_complete_options=False)
+        arguments = parser.parse_args()
+        if not arguments.use_python_default_buffering:
+            sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # a TextIOWrapper here
+        return arguments.run(arguments) or 0
+    except KeyboardInterrupt:
+        return signal.SIGINT
+    except BrokenPipeError:  # the reader, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except RuntimeError as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,24 @@
+"""Numbers on the command line, within their bounds."""
+
+from argparse import ArgumentTypeError
+
+
+def positive_float(text: str) -> float:
+    value = float(text)
+    if not value > 0.0:
+        raise ArgumentTypeError(f"{text} must be above 0")
+    return value
+
+
+def positive_int(text: str) -> int:
+    value = non_negative_int(text)
+    if value == 0:
+        raise ArgumentTypeError(f"{text} must be above 0")
+    return value
+
+
+def non_negative_int(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise ArgumentTypeError(f"{text} must not be below 0")
+    return value
