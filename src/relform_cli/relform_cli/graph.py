@@ -1,0 +1,182 @@
+"""A node that looks at the ROS graph, without a daemon: it waits until what it sees no longer changes."""
+
+import os
+import signal
+import time
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import rclpy
+from rclpy.exceptions import NameValidationException
+from rclpy.expand_topic_name import expand_topic_name
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import HIDDEN_NODE_PREFIX, Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+from rclpy.utilities import try_shutdown
+from rclpy.validate_full_topic_name import validate_full_topic_name
+
+from relform_cli.errors import CommandError
+
+QUIET_S = 0.5
+"""A graph that has not changed for so long is taken for complete."""
+
+LONGEST_S = 2.0
+"""Nobody waits longer for a complete graph."""
+
+POLL_PERIOD_S = 0.02
+
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
+"""What the middleware calls the node of an endpoint before it has heard of the node."""
+
+NamesAndTypes = list[tuple[str, list[str]]]
+
+
+def add_graph_arguments(parser: ArgumentParser) -> None:
+    """The options of verbs for which others use a daemon."""
+    add_spin_arguments(parser)
+    parser.add_argument("--no-daemon", action="store_true", help="accepted; there is no daemon")
+
+
+def add_spin_arguments(parser: ArgumentParser) -> None:
+    """The options of every verb that has a node."""
+    parser.add_argument(
+        "--spin-time",
+        type=float,
+        metavar="SECONDS",
+        help=f"wait so long for discovery (default: until nothing changes, at most {LONGEST_S:g} s)",
+    )
+    parser.add_argument("-s", "--use-sim-time", action="store_true", help="use the time of /clock")
+
+
+@contextmanager
+def graph_node(arguments: Namespace, name: str | None = None) -> Iterator[Node]:
+    """A node for as long as a verb runs, hidden unless it has a name of its own.
+
+    Raises:
+        CommandError: a name given to ROS inside cannot be one.
+    """
+    # Python's own handlers: signals surface as exceptions here, rather than as a context that is shut down.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        yield rclpy.create_node(
+            name or f"{HIDDEN_NODE_PREFIX}ros2cli_{os.getpid()}",
+            start_parameter_services=False,
+            parameter_overrides=[
+                Parameter("use_sim_time", value=getattr(arguments, "use_sim_time", False)),
+                Parameter("start_type_description_service", value=False),
+            ],
+        )
+    except NameValidationException as error:
+        what, where, *_ = str(error).splitlines()  # and a caret below
+        raise CommandError(f"{what} {where.strip()}") from None
+    finally:
+        try_shutdown()
+
+
+def spin(node: Node, is_done: Callable[[], bool]) -> None:
+    """Run the node's callbacks until something is done, asked after each of them and ten times a second.
+
+    The callbacks should only take note of things, and ``is_done`` do the work: what a callback raises, the
+    executor reports with a traceback.
+    """
+    executor = EventsExecutor()  # its spin() in the wheels of Jazzy ignores signals
+    executor.add_node(node)
+    while not is_done():
+        with deferred_signals():
+            executor.spin_once(timeout_sec=0.1)
+
+
+@contextmanager
+def deferred_signals() -> Iterator[None]:
+    """Let SIGINT and SIGTERM raise at the end, rather than inside."""
+    arrived: list[int] = []
+
+    def note(number: int, _: object) -> None:
+        arrived.append(number)
+
+    handlers = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for arrival in arrived:
+        signal.raise_signal(arrival)
+
+
+def discover(
+    node: Node,
+    arguments: Namespace,
+    wanted: Callable[[], bool] = lambda: True,
+    quiet_s: float = QUIET_S,
+    longest_s: float = LONGEST_S,
+) -> None:
+    """Wait until the graph holds what is wanted and does not change, or nobody waits any longer."""
+    if arguments.spin_time is not None:
+        time.sleep(arguments.spin_time)
+        return
+    start = since = time.monotonic()
+    seen = None
+    while (now := time.monotonic()) < start + longest_s:
+        picture = _picture(node)
+        if picture != seen:
+            seen, since = picture, now
+        elif now - since >= quiet_s and len(node.get_node_names()) > 1 and wanted() and _has_names(node):
+            return
+        time.sleep(POLL_PERIOD_S)
+
+
+def _picture(node: Node) -> object:
+    topics = node.get_topic_names_and_types()
+    counts = [(node.count_publishers(topic), node.count_subscribers(topic)) for topic, _ in topics]
+    return topics, counts, node.get_node_names_and_namespaces(), node.get_service_names_and_types()
+
+
+def _has_names(node: Node) -> bool:
+    """Whether the nodes of all endpoints are known: they are heard of later than their topics."""
+    return not any(
+        endpoint.node_name == UNKNOWN_NODE
+        for topic, _ in node.get_topic_names_and_types()
+        for endpoint in (
+            *node.get_publishers_info_by_topic(topic),
+            *node.get_subscriptions_info_by_topic(topic),
+        )
+    )
+
+
+def topics(node: Node, include_hidden: bool) -> NamesAndTypes:
+    return _visible(node.get_topic_names_and_types(), include_hidden)
+
+
+def services(node: Node, include_hidden: bool) -> NamesAndTypes:
+    return _visible(node.get_service_names_and_types(), include_hidden)
+
+
+def _visible(names_and_types: NamesAndTypes, include_hidden: bool) -> NamesAndTypes:
+    return [entry for entry in names_and_types if include_hidden or not topic_or_service_is_hidden(entry[0])]
+
+
+def node_names(node: Node, include_hidden: bool) -> list[str]:
+    """The other nodes, fully qualified and sorted; twice where two share a name."""
+    return sorted(
+        f"{namespace.rstrip('/')}/{name}"
+        for name, namespace in node.get_node_names_and_namespaces()
+        if name != node.get_name() and (include_hidden or not name.startswith(HIDDEN_NODE_PREFIX))
+    )
+
+
+def full_topic_name(node: Node, name: str) -> str:
+    """The name as it stands in the graph.
+
+    Raises:
+        CommandError: it cannot be the name of a topic.
+    """
+    try:
+        full_name = expand_topic_name(name, node.get_name(), node.get_namespace())
+    except ValueError as error:
+        raise CommandError(str(error).partition(", at ")[0]) from None  # where in the source of rcl
+    validate_full_topic_name(full_name)
+    return full_name

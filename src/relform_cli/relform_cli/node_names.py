@@ -1,0 +1,18 @@
+"""Nodes by name."""
+
+import time
+from argparse import ArgumentParser, Namespace
+
+from relform_cli.completion import COMPLETION_SPIN_TIME_S, completed_by
+from relform_cli.graph import graph_node, node_names
+
+
+def add_node_argument(parser: ArgumentParser, optional: bool = False) -> None:
+    argument = parser.add_argument("node_name", nargs="?" if optional else None, help="such as /talker")
+    completed_by(complete_node, argument)
+
+
+def complete_node(parsed_args: Namespace, **_: object) -> list[str]:
+    with graph_node(parsed_args) as node:
+        time.sleep(COMPLETION_SPIN_TIME_S)
+        return node_names(node, getattr(parsed_args, "include_hidden_nodes", False))

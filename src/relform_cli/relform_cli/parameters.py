@@ -1,0 +1,108 @@
+"""Asking a node for its parameters and setting them."""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import yaml
+from rcl_interfaces.msg import (
+    Parameter,
+    ParameterDescriptor,
+    ParameterType,
+    ParameterValue,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import get_parameter_value, parameter_dict_from_yaml_file
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.task import Future
+
+from relform_cli.errors import CommandError, yaml_problem
+from relform_cli.graph import POLL_PERIOD_S, spin
+
+PATIENCE_S = 5.0
+"""So long a node may take to answer."""
+
+# What `param describe` and `param get` call the types.
+TYPE_NAMES = {
+    ParameterType.PARAMETER_NOT_SET: ("not set", "Parameter not set."),
+    ParameterType.PARAMETER_BOOL: ("boolean", "Boolean value is:"),
+    ParameterType.PARAMETER_INTEGER: ("integer", "Integer value is:"),
+    ParameterType.PARAMETER_DOUBLE: ("double", "Double value is:"),
+    ParameterType.PARAMETER_STRING: ("string", "String value is:"),
+    ParameterType.PARAMETER_BYTE_ARRAY: ("byte array", "Byte values are:"),
+    ParameterType.PARAMETER_BOOL_ARRAY: ("boolean array", "Boolean values are:"),
+    ParameterType.PARAMETER_INTEGER_ARRAY: ("integer array", "Integer values are:"),
+    ParameterType.PARAMETER_DOUBLE_ARRAY: ("double array", "Double values are:"),
+    ParameterType.PARAMETER_STRING_ARRAY: ("string array", "String values are:"),
+}
+
+
+class RemoteParameters:
+    """The parameters of another node. All methods raise CommandError when it does not answer in time."""
+
+    def __init__(self, node: Node, node_name: str) -> None:
+        self._node = node
+        self._node_name = node_name
+        self._client = AsyncParameterClient(node, node_name)
+        deadline = time.monotonic() + PATIENCE_S
+        while not self._client.services_are_ready():
+            if time.monotonic() > deadline:
+                raise CommandError(
+                    f"Wait for service timed out waiting for parameter services for node {node_name}"
+                )
+            time.sleep(POLL_PERIOD_S)
+
+    def names(self, prefixes: Sequence[str] = ()) -> list[str]:
+        """Sorted."""
+        return sorted(self._answer(self._client.list_parameters(list(prefixes))).result.names)
+
+    def values(self, names: Sequence[str]) -> list[ParameterValue]:
+        """Fewer than the names where the node refuses to tell."""
+        return list(self._answer(self._client.get_parameters(list(names))).values)
+
+    def descriptors(self, names: Sequence[str]) -> list[ParameterDescriptor]:
+        return list(self._answer(self._client.describe_parameters(list(names))).descriptors)
+
+    def set(self, parameters: Sequence[Parameter]) -> list[SetParametersResult]:
+        return list(self._answer(self._client.set_parameters(list(parameters))).results)
+
+    def _answer(self, future: Future) -> Any:
+        deadline = time.monotonic() + PATIENCE_S
+        spin(self._node, lambda: future.done() or time.monotonic() > deadline)
+        if not future.done():
+            raise CommandError(f"Node {self._node_name} does not answer within {PATIENCE_S:g} s")
+        return future.result()
+
+
+def value_from_text(text: str) -> ParameterValue:
+    """The value that a text means in YAML: a string, if nothing else.
+
+    Raises:
+        CommandError: it is not YAML, or an integer that no parameter holds.
+    """
+    try:
+        value = get_parameter_value(text)
+    except yaml.YAMLError as error:
+        raise CommandError(f"The passed value is not YAML: {yaml_problem(error)}") from None
+    if value.type == ParameterType.PARAMETER_STRING:
+        value.string_value = str(value.string_value if isinstance(value.string_value, str) else text)
+    if not -(2**63) <= value.integer_value < 2**63:
+        raise CommandError(f"{text} is not an integer of 64 bits")
+    return value
+
+
+def parameters_from_file(path: str, use_wildcard: bool) -> list[Parameter]:
+    """All parameters of a YAML file.
+
+    Raises:
+        CommandError: it cannot be read, or is not a file of parameters.
+    """
+    try:
+        return list(parameter_dict_from_yaml_file(path, use_wildcard).values())
+    except OSError as error:
+        raise CommandError(f"{path}: {error.strerror}") from None
+    except yaml.YAMLError as error:
+        raise CommandError(f"{path} is not YAML: {yaml_problem(error)}") from None
+    except (RuntimeError, TypeError, AttributeError):  # rclpy expects it to be right
+        raise CommandError(f"{path} is not '<node>: {{ros__parameters: {{...}}}}'") from None

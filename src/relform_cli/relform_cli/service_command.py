@@ -1,0 +1,156 @@
+"""Services: which there are, of what type, and calls."""
+
+import sys
+import time
+from argparse import SUPPRESS, ArgumentParser, Namespace
+from typing import Any
+
+from rclpy.client import Client
+from rclpy.node import Node
+
+from relform_cli.commands import VerbParsers
+from relform_cli.completion import COMPLETION_SPIN_TIME_S, completed_by
+from relform_cli.errors import CommandError
+from relform_cli.graph import (
+    POLL_PERIOD_S,
+    NamesAndTypes,
+    add_graph_arguments,
+    discover,
+    graph_node,
+    services,
+    spin,
+)
+from relform_cli.interfaces import all_interfaces, service_class
+from relform_cli.message_fields import message_from_yaml
+from relform_cli.message_text import to_yaml
+
+PATIENCE_S = 1.0
+"""After this time without the service, the user is told."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    add_hidden_argument(parser, default=False)
+    verbs = VerbParsers(parser)
+
+    verb = verbs.add("list", list_services)
+    add_graph_arguments(verb)
+    verb.add_argument("-t", "--show-types", action="store_true", help="show the types, too")
+    verb.add_argument("-c", "--count-services", action="store_true", help="show only how many there are")
+    add_hidden_argument(verb)
+
+    verb = verbs.add("type", print_type)
+    add_graph_arguments(verb)
+    add_service_argument(verb)
+
+    verb = verbs.add("find", find)
+    add_graph_arguments(verb)
+    completed_by(complete_type, verb.add_argument("service_type", help="such as std_srvs/srv/Trigger"))
+    verb.add_argument("-c", "--count-services", action="store_true", help="show only how many there are")
+    add_hidden_argument(verb)
+
+    verb = verbs.add("call", call)
+    add_service_argument(verb)
+    completed_by(complete_type, verb.add_argument("service_type", help="such as std_srvs/srv/Trigger"))
+    values = verb.add_mutually_exclusive_group()
+    completed_by(
+        complete_values,
+        values.add_argument("values", nargs="?", default="{}", help='YAML, such as "{data: true}"'),
+    )
+    values.add_argument("--stdin", action="store_true", help="read the values from stdin")
+    verb.add_argument("-r", "--rate", type=float, metavar="HZ", help="call again and again")
+
+
+def add_hidden_argument(parser: ArgumentParser, default: Any = SUPPRESS) -> None:
+    parser.add_argument(
+        "--include-hidden-services", action="store_true", default=default, help="hidden services as well"
+    )
+
+
+def add_service_argument(parser: ArgumentParser) -> None:
+    completed_by(complete_service, parser.add_argument("service_name", help="such as /leader/start"))
+
+
+def complete_service(parsed_args: Namespace, **_: object) -> list[str]:
+    with graph_node(parsed_args) as node:
+        time.sleep(COMPLETION_SPIN_TIME_S)
+        return [name for name, _ in services(node, parsed_args.include_hidden_services)]
+
+
+def complete_type(**_: object) -> list[str]:
+    return all_interfaces("srv")
+
+
+def complete_values(parsed_args: Namespace, **_: object) -> list[str]:
+    return [to_yaml(service_class(parsed_args.service_type).Request())]
+
+
+def discovered_services(arguments: Namespace) -> NamesAndTypes:
+    with graph_node(arguments) as node:
+        discover(node, arguments)
+        return services(node, arguments.include_hidden_services)
+
+
+def list_services(arguments: Namespace) -> None:
+    """List the services."""
+    found = discovered_services(arguments)
+    if arguments.count_services:
+        print(len(found))
+        return
+    for name, types in found:
+        print(f"{name} [{', '.join(types)}]" if arguments.show_types else name)
+
+
+def print_type(arguments: Namespace) -> int:
+    """Print the type of a service."""
+    with graph_node(arguments) as node:
+
+        def types() -> list[str]:
+            return dict(services(node, arguments.include_hidden_services)).get(arguments.service_name, [])
+
+        discover(node, arguments, wanted=lambda: bool(types()), quiet_s=0.0)
+        for type_ in types():
+            print(type_)
+        return 0 if types() else 1
+
+
+def find(arguments: Namespace) -> None:
+    """List the services of a type."""
+    found = [name for name, types in discovered_services(arguments) if arguments.service_type in types]
+    if arguments.count_services:
+        print(len(found))
+        return
+    for name in found:
+        print(name)
+
+
+def call(arguments: Namespace) -> None:
+    """Call a service once or again and again."""
+    if arguments.rate is not None and arguments.rate <= 0.0:
+        raise CommandError("rate must be greater than zero")
+    type_ = service_class(arguments.service_type)
+    request, _ = message_from_yaml(type_.Request, sys.stdin.read() if arguments.stdin else arguments.values)
+    with graph_node(arguments) as node:
+        client = node.create_client(type_, arguments.service_name)
+        wait_for_service(client)
+        while True:
+            start = time.monotonic()
+            call_once(node, client, request)
+            if arguments.rate is None:
+                return
+            time.sleep(max(0.0, start + 1.0 / arguments.rate - time.monotonic()))
+
+
+def wait_for_service(client: Client) -> None:
+    start, told = time.monotonic(), False
+    while not client.service_is_ready():
+        if not told and time.monotonic() - start > PATIENCE_S:
+            print("waiting for service to become available...")
+            told = True
+        time.sleep(POLL_PERIOD_S)
+
+
+def call_once(node: Node, client: Client, request: Any) -> None:
+    print(f"requester: making request: {request!r}\n")
+    future = client.call_async(request)
+    spin(node, future.done)
+    print(f"response:\n{future.result()!r}\n")

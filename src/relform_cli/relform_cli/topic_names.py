@@ -1,0 +1,51 @@
+"""Topics by name: what verbs do with the name that they are given."""
+
+import time
+from argparse import ArgumentParser, Namespace
+from typing import Any
+
+from rclpy.node import Node
+
+from relform_cli.completion import COMPLETION_SPIN_TIME_S, completed_by
+from relform_cli.errors import CommandError
+from relform_cli.graph import POLL_PERIOD_S, discover, full_topic_name, graph_node, topics
+from relform_cli.interfaces import message_class
+
+
+def add_topic_argument(parser: ArgumentParser, dest: str = "topic_name") -> None:
+    completed_by(complete_topic, parser.add_argument(dest, help="such as /chatter"))
+
+
+def complete_topic(parsed_args: Namespace, **_: object) -> list[str]:
+    with graph_node(parsed_args) as node:
+        time.sleep(COMPLETION_SPIN_TIME_S)
+        return [name for name, _ in topics(node, parsed_args.include_hidden_topics)]
+
+
+def discover_topic(node: Node, topic: str, arguments: Namespace, wait: bool = False) -> Any:
+    """The message class of a topic that is in the graph.
+
+    Args:
+        wait: until it is there, however long, rather than giving up.
+
+    Raises:
+        CommandError: it is not there, or has more than one type.
+    """
+    name = full_topic_name(node, topic)
+    discover(node, arguments, wanted=lambda: bool(topic_types(node, name)))
+    types = topic_types(node, name)
+    if not types:
+        print(f"WARNING: topic [{topic}] does not appear to be published yet")
+        if not wait:
+            raise CommandError("Could not determine the type for the passed topic")
+        while not (types := topic_types(node, name)):
+            time.sleep(POLL_PERIOD_S)
+    if len(types) > 1:
+        raise CommandError(
+            f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]"
+        )
+    return message_class(types[0])
+
+
+def topic_types(node: Node, name: str) -> list[str]:
+    return dict(topics(node, include_hidden=True)).get(name, [])
