@@ -16,7 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
-from relform_tools.bag_reader import BagMessage, find_bag_file, read_bag
+from relform_tools.bag_reader import BagMessage, find_bag, read_bag
 
 WORKSPACE = Path(__file__).parents[2]
 SHORT_FLIGHT = WORKSPACE / "tests/data/short_flight"
@@ -147,5 +147,5 @@ def test_bad_input_is_one_line(player: Start, parameters: tuple[str, ...], probl
 
 
 def test_the_bag_holds_what_is_expected_of_it() -> None:
-    messages = [entry for entry in read_bag(find_bag_file(SHORT_FLIGHT)) if isinstance(entry, BagMessage)]
+    messages = [entry for entry in read_bag(find_bag(SHORT_FLIGHT)) if isinstance(entry, BagMessage)]
     assert sum(message.topic == "/clock" for message in messages) == TICKS

@@ -15,8 +15,9 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from relform_tools.bag_reader import BagMessage, read_bag
+from relform_tools.bag_reader import BagMessage, bag_files, read_bag
 from relform_tools.bag_recover import recover_bag
+from support.processes import wait_until
 
 WORKSPACE = Path(__file__).parents[2]
 RECORDER = WORKSPACE / "install/relform_tools/lib/relform_tools/recorder"
@@ -126,6 +127,63 @@ def test_killed_recorder_loses_less_than_a_second(tmp_path: Path) -> None:
     assert len(numbers) == sum(entry.topic == "/counted_2" for entry in found)
     assert numbers == [str(n) for n in range(len(numbers))]
     assert len(numbers) > 600 - rate
+
+
+def test_killed_recorder_of_a_split_bag(tmp_path: Path) -> None:
+    rate, folder = 200.0, tmp_path / "bag"
+    command = [sys.executable, RECORD, "--out", folder, "--wall-time", "--max-bag-duration", "1"]
+    with publisher(2000, rate) as source, process(*command) as sink:
+        wait_for_line(source, "600")
+        sink.kill()
+        sink.wait()
+    assert len(bag_files(folder)) >= 3
+    found = [entry for entry in read_bag(folder) if isinstance(entry, BagMessage)]
+    with pytest.raises(Exception, match="metadata"):
+        Reader(folder).open()  # other readers want what only a closed bag has
+    completed = subprocess.run(
+        [sys.executable, RECORD, "--recover", folder], capture_output=True, text=True, check=True
+    )
+    assert completed.stdout == f"{folder}: completed\n"
+    for index in range(4):
+        numbers = header_numbers(folder, f"/counted_{index}")
+        assert len(numbers) == sum(entry.topic == f"/counted_{index}" for entry in found)
+        assert numbers == [str(n) for n in range(len(numbers))]
+        assert len(numbers) > 600 - rate, "at most one second is lost"
+    assert header_numbers(folder, "/latched") == ["before"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--max-bag-size", "0"], "error: --max-bag-size must not be 0"),
+        (["--max-bag-size", "1000"], "error: max bag size must be at least 1024 bytes"),
+        (["--max-bag-duration", "0"], "error: --max-bag-duration must not be 0"),
+        (["--max-bag-duration", "-2"], "error: max bag duration must be at least 1 s"),
+        (["--out", "."], "/recorder: . exists already, not overwriting; choose another folder"),
+        (
+            ["--out", "/proc/bag"],
+            "/recorder: /proc/bag: no bag can be written there: No such file or directory",
+        ),
+        (["--recover", "nowhere"], "error: nowhere: no such file or folder"),
+        (["--recover", "."], "error: .: no bag: there is no .mcap file in it"),
+    ],
+)
+def test_bad_input_is_one_line(tmp_path: Path, arguments: list[str], problem: str) -> None:
+    run = subprocess.run([sys.executable, RECORD, *arguments], cwd=tmp_path, capture_output=True, text=True)
+    (line,) = run.stderr.splitlines()
+    assert line.startswith(problem)
+    assert run.returncode == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_topic_that_nobody_publishes(tmp_path: Path) -> None:
+    with process(sys.executable, RECORD, "--out", tmp_path / "bag", "--topics", "/nothing") as sink:
+        wait_until((tmp_path / "bag/bag_0.mcap").exists)
+        time.sleep(0.5)
+        sink.send_signal(signal.SIGINT)
+        _, errors = sink.communicate(timeout=10.0)
+    assert sink.returncode == 0
+    assert errors.splitlines()[-1] == "/nothing was not published: nothing of it is recorded"
 
 
 def test_full_disk_ends_it_with_one_line(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from relform_tools.bag_limits import SplitLimits
 from relform_tools.bag_metadata import OfferedQos
 from relform_tools.bag_writer import BagWriter
 
@@ -66,13 +67,17 @@ def _random_base(name: str, generator: np.random.Generator) -> Any:
 
 
 def write_bag(
-    folder: Path, messages_per_topic: int, flush_every: int = 0, seed: int = 0
+    folder: Path,
+    messages_per_topic: int,
+    flush_every: int = 0,
+    seed: int = 0,
+    limits: SplitLimits | None = None,
 ) -> dict[str, list[Any]]:
     """Write a bag; the messages by topic as they went in: (message, log time, publish time)."""
     generator = np.random.default_rng(seed)
     written: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
     attachments = {"config.yaml": "name: test\n", "versions.json": "{}"}
-    with BagWriter(folder, attachments) as writer:
+    with BagWriter(folder, attachments, limits) as writer:
         for topic, (type_name, offered_qos) in TOPICS.items():
             writer.add_topic(topic, type_name, offered_qos)
         for number, topic, message in _messages(messages_per_topic, generator):

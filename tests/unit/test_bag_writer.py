@@ -12,7 +12,7 @@ import pytest
 from relform_core.errors import BagError
 from relform_tools import bag_writer
 from relform_tools.bag_metadata import METADATA_FILE
-from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag_file, read_bag
+from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag, read_bag
 from relform_tools.bag_recover import recover_bag
 from relform_tools.bag_writer import RESERVE_BYTES, BagWriter
 
@@ -173,7 +173,7 @@ def test_limit_of_the_file_size_leaves_a_recoverable_bag(tmp_path: Path) -> None
 def test_bag_is_found_by_file_folder_or_run(tmp_path: Path) -> None:
     started(tmp_path / "run/bag").close()
     file = tmp_path / "run/bag/bag_0.mcap"
-    assert find_bag_file(file) == find_bag_file(file.parent) == find_bag_file(tmp_path / "run") == file
+    assert find_bag(file) == find_bag(file.parent) == find_bag(tmp_path / "run") == file
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_bag_is_found_by_file_folder_or_run(tmp_path: Path) -> None:
         (lambda path: path.mkdir(), "no bag: there is no .mcap file in it"),
         (
             lambda path: (path.mkdir(), (path / "a.mcap").touch(), (path / "b.mcap").touch()),
-            "holds 2 .mcap files",
+            "its 2 .mcap files are not of one bag",
         ),
     ],
 )
@@ -191,7 +191,7 @@ def test_no_bag_there(tmp_path: Path, make: object, expected: str) -> None:
     path = tmp_path / "place"
     make(path)  # type: ignore[operator]
     with pytest.raises(BagError, match=f"^{re.escape(str(path))}: {expected}"):
-        find_bag_file(path)
+        find_bag(path)
 
 
 @pytest.mark.parametrize("content", [b"", b"name: paper\n", bytes(100)])
@@ -205,5 +205,5 @@ def test_file_that_is_no_bag(tmp_path: Path, content: bytes) -> None:
 
 
 def test_nothing_to_recover(tmp_path: Path) -> None:
-    with pytest.raises(BagError, match="no bag to recover"):
+    with pytest.raises(BagError, match="no bag: there is no"):
         recover_bag(tmp_path)

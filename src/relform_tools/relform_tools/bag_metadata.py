@@ -52,13 +52,14 @@ class RecordedTopic:
 
 
 @dataclass(frozen=True)
-class BagStatistics:
-    """What a bag holds; times are log times [ns]."""
+class FileContent:
+    """What one file of a bag holds; times are log times [ns]."""
 
-    start_ns: int
-    end_ns: int
+    name: str
     message_counts: Mapping[str, int]
     """By topic name."""
+    start_ns: int = NO_TIME_NS
+    end_ns: int = NO_TIME_NS
 
     @property
     def message_count(self) -> int:
@@ -66,19 +67,17 @@ class BagStatistics:
         return sum(self.message_counts.values())
 
 
-def bag_information(
-    file_name: str, topics: Sequence[RecordedTopic], statistics: BagStatistics
-) -> dict[str, object]:
-    """Content of ``rosbag2_bagfile_information`` for a bag of one MCAP file."""
-    empty = statistics.message_count == 0
-    start = {"nanoseconds_since_epoch": NO_TIME_NS if empty else statistics.start_ns}
-    duration = {"nanoseconds": 0 if empty else statistics.end_ns - statistics.start_ns}
+def bag_information(topics: Sequence[RecordedTopic], files: Sequence[FileContent]) -> dict[str, object]:
+    """Content of ``rosbag2_bagfile_information`` for a bag of one or more MCAP files."""
+    filled = [file for file in files if file.message_count]
+    start_ns = min((file.start_ns for file in filled), default=NO_TIME_NS)
+    end_ns = max((file.end_ns for file in filled), default=NO_TIME_NS)
     return {
         "version": FORMAT_VERSION,
         "storage_identifier": "mcap",
-        "duration": duration,
-        "starting_time": start,
-        "message_count": statistics.message_count,
+        "duration": {"nanoseconds": end_ns - start_ns},
+        "starting_time": {"nanoseconds_since_epoch": start_ns},
+        "message_count": sum(file.message_count for file in files),
         "topics_with_message_count": [
             {
                 "topic_metadata": {
@@ -88,20 +87,21 @@ def bag_information(
                     "offered_qos_profiles": list(topic.offered_qos),
                     "type_description_hash": topic.type_hash,
                 },
-                "message_count": statistics.message_counts[topic.name],
+                "message_count": sum(file.message_counts.get(topic.name, 0) for file in files),
             }
             for topic in topics
         ],
         "compression_format": "",
         "compression_mode": "",
-        "relative_file_paths": [file_name],
+        "relative_file_paths": [file.name for file in files],
         "files": [
             {
-                "path": file_name,
-                "starting_time": dict(start),  # copies: YAML writes what is the same object as an anchor
-                "duration": dict(duration),
-                "message_count": statistics.message_count,
+                "path": file.name,
+                "starting_time": {"nanoseconds_since_epoch": file.start_ns},
+                "duration": {"nanoseconds": file.end_ns - file.start_ns},
+                "message_count": file.message_count,
             }
+            for file in files
         ],
         "custom_data": None,
         "ros_distro": ROS_DISTRO,

@@ -4,222 +4,51 @@ MCAP is made for this: records stand on their own, the index at the end only rep
 Everything up to the last finished chunk is kept, in place.
 """
 
-import os
-from collections import Counter
-from collections.abc import Iterable
 from pathlib import Path
-from typing import BinaryIO
-
-from mcap.data_stream import RecordBuilder
-from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    McapRecord,
-    Message,
-    MessageIndex,
-    Metadata,
-    MetadataIndex,
-    Schema,
-    Statistics,
-    SummaryOffset,
-)
-from ruamel.yaml import YAML
 
 from relform_core.errors import BagError
-from relform_tools.bag_metadata import (
-    METADATA_FILE,
-    BagStatistics,
-    RecordedTopic,
-    bag_information,
-    to_yaml,
-    write_metadata_yaml,
-)
-from relform_tools.mcap_scan import MAGIC, TORN, RawRecord, chunk_records, raw_records
+from relform_tools.bag_metadata import METADATA_FILE, to_yaml, write_metadata_yaml
+from relform_tools.bag_reader import bag_files
+from relform_tools.bag_scan import FileScan, information_of
 
 RESERVE_FILE = ".reserve"
 """What a writer keeps beside its bag until it is closed."""
 
 
-def recover_bag(folder: Path) -> bool:
-    """Make a complete bag of one that was not closed.
+def recover_bag(path: Path) -> bool:
+    """Make a complete bag of one that was not closed, every file of it.
 
+    Args:
+        path: the bag's folder, a file in it or the folder of a run.
     Returns:
         False if there was nothing to do.
     Raises:
         BagError: no bag is there, or it cannot be written.
     """
-    files = sorted(folder.glob("*.mcap"))
-    if len(files) != 1:
-        raise BagError(f"{folder}: no bag to recover: it must hold one .mcap file (holds {len(files)})")
+    files = bag_files(path.parent if path.is_file() else path)
+    folder = files[0].parent
+    scans = [_complete(file) for file in files]
+    if all(scan.was_complete for scan in scans) and (folder / METADATA_FILE).exists():
+        return False
     try:
-        with files[0].open("r+b") as file:
-            content = _Content(file, files[0])
-            if content.complete and (folder / METADATA_FILE).exists():
-                return False
-            if not content.complete:
-                content.write_index(file)
-        write_metadata_yaml(folder, to_yaml(content.information(files[0].name)))
+        write_metadata_yaml(folder, to_yaml(information_of(scans)))
         (folder / RESERVE_FILE).unlink(missing_ok=True)
+        for file in set(folder.glob("*.mcap")).difference(files):
+            file.unlink()  # it was only begun
     except OSError as error:
-        raise BagError(f"{files[0]} cannot be recovered: {error.strerror}") from None
+        raise BagError(f"{folder}: cannot be recovered: {error.strerror}") from None
     return True
 
 
-class _Content:
-    """What stands in an MCAP file, as its index must say it."""
-
-    def __init__(self, file: BinaryIO, path: Path) -> None:
-        self.complete = False
-        self._end = len(MAGIC)
-        """Where the last good record ends."""
-        self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, Channel] = {}
-        self._chunks: list[ChunkIndex] = []
-        self._last_indexes: dict[int, MessageIndex] = {}
-        """Of the messages in the last chunk, by channel."""
-        self._attachments: list[AttachmentIndex] = []
-        self._metadata: list[MetadataIndex] = []
-        self._counts: Counter[int] = Counter()
-        try:
-            for record in raw_records(file, path):
-                if record.opcode == Opcode.MESSAGE:
-                    raise BagError(f"{path}: cannot be recovered: its messages are not in chunks")
-                if record.opcode == Opcode.DATA_END:
-                    file.seek(-len(MAGIC), os.SEEK_END)
-                    self.complete = file.read() == MAGIC
-                    break
-                self._take(record)
-                self._end = record.offset + record.length
-        except TORN:
-            pass  # the record before is the last good one
-        if self._end == len(MAGIC):
-            raise BagError(f"{path}: cannot be recovered: it holds nothing")
-
-    def information(self, file_name: str) -> dict[str, object]:
-        """Content of metadata.yaml."""
-        statistics = self._statistics()
-        yaml = YAML(typ="safe", pure=True)
-        topics = [
-            RecordedTopic(
-                name=channel.topic,
-                type_name=self._schemas[channel.schema_id].name,
-                type_hash=channel.metadata.get("topic_type_hash", ""),
-                offered_qos=yaml.load(channel.metadata.get("offered_qos_profiles", "[]")),
-            )
-            for channel in self._channels.values()
-        ]
-        counts = {channel.topic: self._counts[channel.id] for channel in self._channels.values()}
-        start_ns, end_ns = statistics.message_start_time, statistics.message_end_time
-        return bag_information(file_name, topics, BagStatistics(start_ns, end_ns, counts))
-
-    def write_index(self, file: BinaryIO) -> None:
-        """Replace everything behind the last good record by the end of a complete file."""
-        builder = RecordBuilder()
-        if self._chunks and len(self._chunks[-1].message_index_offsets) < len(self._last_indexes):
-            self._write_last_indexes(builder)
-        DataEnd(data_section_crc=0).write(builder)
-        start = self._end + builder.count
-        groups: dict[Opcode, Iterable[McapRecord]] = {
-            Opcode.SCHEMA: self._schemas.values(),
-            Opcode.CHANNEL: self._channels.values(),
-            Opcode.STATISTICS: [self._statistics()],
-            Opcode.CHUNK_INDEX: self._chunks,
-            Opcode.ATTACHMENT_INDEX: self._attachments,
-            Opcode.METADATA_INDEX: self._metadata,
-        }
-        offsets = []
-        for opcode, records in groups.items():
-            group_start = self._end + builder.count
-            for record in records:
-                record.write(builder)
-            if group_length := self._end + builder.count - group_start:
-                offsets.append(SummaryOffset(opcode, group_start, group_length))
-        offsets_start = self._end + builder.count
-        for offset in offsets:
-            offset.write(builder)
-        Footer(summary_start=start, summary_offset_start=offsets_start, summary_crc=0).write(builder)
-        file.truncate(self._end)
-        file.seek(self._end)
-        file.write(builder.end() + MAGIC)
-        file.flush()
-
-    def _write_last_indexes(self, builder: RecordBuilder) -> None:
-        """The file was cut between the last chunk and the end of its message indexes: write these again."""
-        chunk = self._chunks[-1]
-        self._end = chunk.chunk_start_offset + chunk.chunk_length
-        for channel_id, index in self._last_indexes.items():
-            chunk.message_index_offsets[channel_id] = self._end + builder.count
-            index.write(builder)
-        chunk.message_index_length = builder.count
-
-    def _statistics(self) -> Statistics:
-        return Statistics(
-            attachment_count=len(self._attachments),
-            channel_count=len(self._channels),
-            channel_message_counts=dict(self._counts),
-            chunk_count=len(self._chunks),
-            message_count=self._counts.total(),
-            message_start_time=min((chunk.message_start_time for chunk in self._chunks), default=0),
-            message_end_time=max((chunk.message_end_time for chunk in self._chunks), default=0),
-            metadata_count=len(self._metadata),
-            schema_count=len(self._schemas),
-        )
-
-    def _take(self, record: RawRecord) -> None:
-        match record.opcode:
-            case Opcode.CHUNK:
-                self._take_chunk(record)
-            case Opcode.MESSAGE_INDEX:
-                chunk = self._chunks[-1]
-                chunk.message_index_offsets[MessageIndex.read(record.stream).channel_id] = record.offset
-                chunk.message_index_length += record.length
-            case Opcode.ATTACHMENT:
-                attachment = Attachment.read(record.stream)
-                self._attachments.append(
-                    AttachmentIndex(
-                        offset=record.offset,
-                        length=record.length,
-                        log_time=attachment.log_time,
-                        create_time=attachment.create_time,
-                        data_size=len(attachment.data),
-                        name=attachment.name,
-                        media_type=attachment.media_type,
-                    )
-                )
-            case Opcode.METADATA:
-                name = Metadata.read(record.stream).name
-                self._metadata.append(MetadataIndex(record.offset, record.length, name))
-
-    def _take_chunk(self, record: RawRecord) -> None:
-        chunk = Chunk.read(record.stream)
-        self._last_indexes = {}
-        for position, entry in chunk_records(chunk):
-            match entry:
-                case Schema():
-                    self._schemas[entry.id] = entry
-                case Channel():
-                    self._channels[entry.id] = entry
-                case Message():
-                    empty = MessageIndex(entry.channel_id, [])
-                    index = self._last_indexes.setdefault(entry.channel_id, empty)
-                    index.records.append((entry.log_time, position))
-                    self._counts[entry.channel_id] += 1
-        self._chunks.append(
-            ChunkIndex(
-                chunk_length=record.length,
-                chunk_start_offset=record.offset,
-                compression=chunk.compression,
-                compressed_size=len(chunk.data),
-                message_end_time=chunk.message_end_time,
-                message_index_length=0,
-                message_index_offsets={},
-                message_start_time=chunk.message_start_time,
-                uncompressed_size=chunk.uncompressed_size,
-            )
-        )
+def _complete(path: Path) -> FileScan:
+    """Write the index of a file if it has none."""
+    try:
+        with path.open("r+b") as file:
+            scan = FileScan(file, path)
+            if scan.empty:
+                raise BagError(f"{path}: cannot be recovered: it holds nothing")
+            if not scan.was_complete:
+                scan.write_index(file)
+    except OSError as error:
+        raise BagError(f"{path}: cannot be recovered: {error.strerror}") from None
+    return scan

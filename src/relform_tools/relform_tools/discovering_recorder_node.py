@@ -15,7 +15,7 @@ from relform_ros.raw import subscribe_raw
 from relform_ros.run_node import Spinner, StopRequestedError
 from relform_tools.bag_types import message_class
 from relform_tools.bag_writer import VERSIONS_ATTACHMENT
-from relform_tools.recording_node import Recording, read_output, read_topics
+from relform_tools.recording_node import Recording, read_limits, read_output, read_topics
 from relform_tools.versions import software_versions
 
 LOOK_EVERY_S = 0.1
@@ -33,6 +33,7 @@ class DiscoveringRecorder:
         self._node = node
         self._spinner = spinner
         self._output = read_output(node)
+        self._limits = read_limits(node)
         self._chosen = read_topics(node)
         self._subscriptions: dict[str, Subscription] = {}
         self._refused: set[str] = set()
@@ -44,7 +45,7 @@ class DiscoveringRecorder:
             BagError: the bag cannot be created or written.
         """
         attachments = {VERSIONS_ATTACHMENT: json.dumps(software_versions(), indent=2)}
-        recording = Recording(self._node, self._spinner, self._output, attachments)
+        recording = Recording(self._node, self._spinner, self._output, attachments, self._limits)
         try:
             while recording.failure is None:
                 self._look(recording)
@@ -59,6 +60,9 @@ class DiscoveringRecorder:
             raise recording.failure
         if self._now_ns() == 0:
             print("there was no tick of /clock: all messages have the log time 0", file=sys.stderr)
+        for name in self._chosen:
+            if name not in self._subscriptions and name not in self._refused:
+                print(f"{name} was not published: nothing of it is recorded", file=sys.stderr)
         print(f"{self._output}: {recording.message_count} messages on {len(self._subscriptions)} topics")
 
     def _now_ns(self) -> int:

@@ -8,7 +8,7 @@ from rclpy.serialization import deserialize_message
 
 from relform_core.errors import BagError, ConfigError
 from relform_core.load import LoadedScenario, load_scenario
-from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag_file, read_bag
+from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag, read_bag
 from relform_tools.bag_types import message_class
 from relform_tools.bag_writer import CONFIG_ATTACHMENT
 from relform_tools.flight_log import FlightLog, FlightLogBuilder
@@ -22,7 +22,7 @@ def read_flight_log(path: Path) -> FlightLog:
     Raises:
         BagError: one line: there is no bag, it is not of relform, or it holds no flight.
     """
-    file = find_bag_file(path)
+    file = find_bag(path)
     builder: FlightLogBuilder | None = None
     try:
         for entry in read_bag(file):

@@ -14,7 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from relform_core.errors import BagError, ConfigError
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.run_node import Spinner, run_node
-from relform_tools.bag_reader import BagMessage, find_bag_file, read_bag
+from relform_tools.bag_reader import BagMessage, find_bag, read_bag
 from relform_tools.bag_types import message_class
 from relform_tools.keyboard import Keyboard, terminal_keyboard
 from relform_tools.playback import PlaybackOptions, Timeline
@@ -105,7 +105,7 @@ def _load(path: Path, chosen: set[str], start_offset: float) -> list[BagMessage]
     Raises:
         BagError: one line: there is no such bag, or nothing in it to play.
     """
-    file = find_bag_file(path)
+    file = find_bag(path)
     messages = [entry for entry in read_bag(file) if isinstance(entry, BagMessage)]
     if not messages:
         raise BagError(f"{file}: there is no message in it")

@@ -19,7 +19,7 @@ from relform_ros.run_node import Runnable, Spinner, run_node
 from relform_ros.topics import Topic
 from relform_tools.bag_writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
 from relform_tools.discovering_recorder_node import DiscoveringRecorder
-from relform_tools.recording_node import Recording, read_output, read_topics
+from relform_tools.recording_node import Recording, read_limits, read_output, read_topics
 from relform_tools.versions import software_versions
 
 
@@ -31,6 +31,7 @@ class FlightRecorder:
         self._spinner = spinner
         self._scenario = read_scenario(node)
         self._output = read_output(node)
+        self._limits = read_limits(node)
         self._chosen = read_topics(node)
         config = self._scenario.config
         self._period_ns = config.period_ns
@@ -47,7 +48,7 @@ class FlightRecorder:
             CONFIG_ATTACHMENT: self._scenario.effective_yaml,
             VERSIONS_ATTACHMENT: json.dumps(software_versions(), indent=2),
         }
-        recording = Recording(self._node, self._spinner, self._output, attachments)
+        recording = Recording(self._node, self._spinner, self._output, attachments, self._limits)
         try:
             self._record(recording)
         finally:

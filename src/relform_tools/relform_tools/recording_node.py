@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile
 from relform_core.errors import BagError, ConfigError
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.run_node import Spinner
+from relform_tools.bag_limits import SplitLimits
 from relform_tools.bag_metadata import OfferedQos, QosDuration
 from relform_tools.bag_writer import BagWriter
 
@@ -43,10 +44,30 @@ def read_topics(node: Node) -> tuple[str, ...]:
     return tuple(name for name in node.get_parameter("topics").value if name)
 
 
+def read_limits(node: Node) -> SplitLimits:
+    """The parameters ``max_bag_size`` and ``max_bag_duration``.
+
+    Raises:
+        BagError: one is out of its bounds.
+    """
+    size = _read_limit(
+        node, "max_bag_size", "Size at which the bag goes on in its next file [bytes]; 0: never."
+    )
+    duration = _read_limit(node, "max_bag_duration", "Duration after which it does so [s]; 0: never.")
+    return SplitLimits(size, duration)
+
+
+def _read_limit(node: Node, name: str, description: str) -> int:
+    node.declare_parameter(name, 0, ParameterDescriptor(description=description, read_only=True))
+    return int(node.get_parameter(name).value)
+
+
 class Recording:
     """Writes what arrives, and sees to it that chunks are finished and the bag is closed well."""
 
-    def __init__(self, node: Node, spinner: Spinner, folder: Path, attachments: Mapping[str, str]) -> None:
+    def __init__(
+        self, node: Node, spinner: Spinner, folder: Path, attachments: Mapping[str, str], limits: SplitLimits
+    ) -> None:
         """Create the bag.
 
         Raises:
@@ -57,7 +78,7 @@ class Recording:
         """Why no more can be written; it must not be raised in a callback."""
         self._node = node
         self._spinner = spinner
-        self._writer = BagWriter(folder, attachments)
+        self._writer = BagWriter(folder, attachments, limits)
         self._topics: set[str] = set()
         node.create_timer(FLUSH_EVERY_S, self._flush, clock=Clock(clock_type=ClockType.STEADY_TIME))
 

@@ -13,7 +13,7 @@ from relform_msgs.msg import FormationEvent
 from relform_ros.conversions import rotor_command_from_msg
 from relform_ros.sensors import SENSORS, sensors_of
 from relform_ros.topics import EVENTS, vehicle_topic
-from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag_file, read_bag
+from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag, read_bag
 from relform_tools.bag_types import message_class
 from relform_tools.bag_writer import CONFIG_ATTACHMENT
 from relform_tools.flight_reader import load_attached_scenario
@@ -28,7 +28,7 @@ def read_recorded_flight(path: Path) -> RecordedFlight:
     Raises:
         BagError: one line: there is no bag, it is not of relform, or it holds no control step.
     """
-    file = find_bag_file(path)
+    file = find_bag(path)
     config_text: str | None = None
     messages: dict[tuple[str, int], Any] = {}
     events: list[FormationEvent] = []

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from relform_core.errors import BagError, RelformError
-from relform_tools.bag_reader import find_bag_file
+from relform_tools.bag_reader import find_bag
 from relform_tools.report.flight_page import write_flight_report
 from relform_tools.report.flight_source import ending_from_log, ending_from_run, versions_from_bag
 from relform_tools.report.sweep_page import write_sweep_report
@@ -60,7 +60,7 @@ def report_flight(source: Path, out: Path, with_figures: bool) -> None:
         RelformError: there is no flight, or something cannot be written.
     """
     try:
-        file = find_bag_file(source)
+        file = find_bag(source)
     except BagError as error:
         neither = f", and no sweep: there is no {SWEEP} in it" if source.is_dir() else ""
         raise BagError(f"{error}{neither}") from None
