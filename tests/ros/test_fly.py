@@ -19,6 +19,8 @@ from relform_core.load import load_scenario
 from relform_tools.flight import fly_in_process
 from relform_tools.flight_log import FlightLog
 from relform_tools.flight_reader import read_flight_log
+from relform_tools.replay_command import EQUAL
+from relform_tools.replay_command import main as replay
 from support.nodes import short
 from support.processes import processes_naming, wait_until
 from support.scenarios import PAPER
@@ -146,6 +148,16 @@ def test_the_same_seed_gives_the_same_flight_bit_for_bit(flown: dict[str, Fly]) 
     for log in (second, expected):
         for name in ("rotor_speeds", "p_NB_N", "q_NB"):
             assert getattr(first, name).tobytes() == getattr(log, name).tobytes(), name
+
+
+def test_the_whole_scenario_is_the_same_with_ros_without_and_replayed(fly: Callable[..., Fly]) -> None:
+    flight = fly("--seed", "5", overrides=())
+    assert flight.end() == 0, flight.err
+    scenario = load_scenario(PAPER, seed=5)
+    commands = read_flight_log(flight.folder).rotor_speeds
+    assert commands.shape == (scenario.config.n_steps, 3, 4)
+    assert commands.tobytes() == fly_in_process(scenario).rotor_speeds.tobytes()
+    assert replay([str(flight.folder)]) == EQUAL
 
 
 def test_without_a_recorder(flown: dict[str, Fly]) -> None:
