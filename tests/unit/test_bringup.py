@@ -1,16 +1,17 @@
 """What a bring-up stands on: the run folder, a ROS domain of its own, the command line's refusals."""
 
 import socket
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from datetime import datetime
 from pathlib import Path
+from uuid import uuid4
 
 import pytest
 
 from relform_core.errors import FlightError
 from relform_core.load import load_scenario
 from relform_tools.bringup_command import main
-from relform_tools.bringup_domain import DOMAIN_IDS, claimed_domain, is_in_use
+from relform_tools.bringup_domain import DEFAULT_DOMAIN_ID, DOMAIN_IDS, claimed_domain, is_in_use
 from relform_tools.bringup_folder import create_run_folder
 from support.scenarios import PAPER, paper_scenario
 
@@ -62,24 +63,34 @@ class TestRunFolder:
 
 class TestDomain:
     @pytest.fixture(autouse=True)
-    def no_wish(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def nobody_else(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+        monkeypatch.setattr("relform_tools.bringup_domain.CLAIM", f"\0relform-test-{uuid4()}-")
 
     def test_flights_side_by_side_have_different_ones(self) -> None:
         with ExitStack() as stack:
             claimed = [stack.enter_context(claimed_domain()) for _ in range(8)]
         assert len(set(claimed)) == 8
-        assert set(claimed) <= set(DOMAIN_IDS)
+        assert set(claimed) <= {DEFAULT_DOMAIN_ID, *DOMAIN_IDS}
         with claimed_domain() as again:
             assert again == claimed[0]  # given back
 
+    def test_the_first_is_where_every_shell_is_even_if_one_listens_already(self) -> None:
+        with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as shell:
+            with suppress(OSError):  # somebody does
+                shell.bind(("", 7400 + 10))
+            assert is_in_use(DEFAULT_DOMAIN_ID)
+            with claimed_domain() as first, claimed_domain() as second:
+                assert first == DEFAULT_DOMAIN_ID
+                assert second in DOMAIN_IDS
+
     def test_a_domain_with_a_participant_is_left_alone(self) -> None:
-        with claimed_domain() as free:
+        with claimed_domain(), claimed_domain() as free:
             pass
         with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as stranger:
             stranger.bind(("", 7400 + 250 * free + 10 + 2 * 3))  # as the fourth participant does
             assert is_in_use(free)
-            with claimed_domain() as claimed:
+            with claimed_domain(), claimed_domain() as claimed:
                 assert claimed != free
         assert not is_in_use(free)
 

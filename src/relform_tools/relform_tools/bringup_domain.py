@@ -1,4 +1,4 @@
-"""A ROS domain of its own for each flight, so that parallel flights and strangers do not hear each other."""
+"""A ROS domain of its own for each flight: that of every shell, unless another flight has it already."""
 
 import os
 import socket
@@ -7,16 +7,21 @@ from contextlib import closing, contextmanager
 
 from relform_core.errors import FlightError
 
+DEFAULT_DOMAIN_ID = 0
+"""Where ROS is without ROS_DOMAIN_ID: so a shell beside the flight sees its topics."""
 DOMAIN_IDS = range(1, 102)
-"""Not 0, where everybody is by default; and no ports among those that Linux gives to clients."""
+"""For more flights at once; no ports among those that Linux gives to clients."""
 PARTICIPANTS_PROBED = 8
+CLAIM = "\0relform-domain-"
+"""A name in the abstract namespace: one holder at a time, gone with its process, never a file."""
 
 
 @contextmanager
 def claimed_domain() -> Iterator[int]:
-    """A domain id that no other flight and no other DDS participant on this machine uses.
+    """A domain id that no other flight on this machine uses.
 
-    ROS_DOMAIN_ID, if it is set, is what the user wants.
+    ROS_DOMAIN_ID, if it is set, is what the user wants. Otherwise it is the default one, or,
+    where another flight has that, one that no DDS participant uses.
 
     Raises:
         FlightError: another flight uses the domain that the user wants, or all are in use.
@@ -28,15 +33,14 @@ def claimed_domain() -> Iterator[int]:
         problem = f"another flight uses ROS_DOMAIN_ID {wanted}; unset it to get a free one"
     else:
         first = os.getpid() % len(DOMAIN_IDS)  # flights that start at once do not all begin at the same one
-        candidates = [*DOMAIN_IDS[first:], *DOMAIN_IDS[:first]]
+        candidates = [DEFAULT_DOMAIN_ID, *DOMAIN_IDS[first:], *DOMAIN_IDS[:first]]
         problem = f"all ROS domains from {DOMAIN_IDS[0]} to {DOMAIN_IDS[-1]} are in use; set ROS_DOMAIN_ID"
     for domain_id in candidates:
-        if not wanted and is_in_use(domain_id):
+        if domain_id != candidates[0] and is_in_use(domain_id):
             continue
         with closing(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)) as claim:
             try:
-                # A name in the abstract namespace: one holder at a time, gone with its process, never a file.
-                claim.bind(f"\0relform-domain-{domain_id}")
+                claim.bind(f"{CLAIM}{domain_id}")
             except OSError:
                 continue
             yield domain_id
