@@ -3,9 +3,6 @@
 from argparse import Action
 from collections.abc import Callable, Iterable
 
-COMPLETION_SPIN_TIME_S = 0.6
-"""How long a completer looks at the graph: nobody likes to wait after pressing Tab."""
-
 
 def completed_by(completer: Callable[..., Iterable[str]], argument: Action) -> None:
     """Let an argument be completed by a function with the keyword arguments of argcomplete's completers."""

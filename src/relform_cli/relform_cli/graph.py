@@ -147,6 +147,14 @@ def _has_names(node: Node) -> bool:
     )
 
 
+@contextmanager
+def glanced_at(arguments: Namespace) -> Iterator[Node]:
+    """The graph for completers: nobody likes to wait after pressing Tab."""
+    with graph_node(arguments) as node:
+        discover(node, Namespace(spin_time=None), quiet_s=0.3, longest_s=1.0)
+        yield node
+
+
 def topics(node: Node, include_hidden: bool) -> NamesAndTypes:
     return _visible(node.get_topic_names_and_types(), include_hidden)
 

@@ -1,10 +1,9 @@
 """Nodes by name."""
 
-import time
 from argparse import ArgumentParser, Namespace
 
-from relform_cli.completion import COMPLETION_SPIN_TIME_S, completed_by
-from relform_cli.graph import graph_node, node_names
+from relform_cli.completion import completed_by
+from relform_cli.graph import glanced_at, node_names
 
 
 def add_node_argument(parser: ArgumentParser, optional: bool = False) -> None:
@@ -13,6 +12,5 @@ def add_node_argument(parser: ArgumentParser, optional: bool = False) -> None:
 
 
 def complete_node(parsed_args: Namespace, **_: object) -> list[str]:
-    with graph_node(parsed_args) as node:
-        time.sleep(COMPLETION_SPIN_TIME_S)
+    with glanced_at(parsed_args) as node:
         return node_names(node, getattr(parsed_args, "include_hidden_nodes", False))

@@ -8,7 +8,13 @@ from contextlib import contextmanager
 from typing import Any
 
 import yaml
-from rcl_interfaces.msg import Parameter, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import (
+    Parameter,
+    ParameterDescriptor,
+    ParameterType,
+    ParameterValue,
+    SetParametersResult,
+)
 from rclpy.parameter import PARAMETER_SEPARATOR_STRING, parameter_value_to_python
 
 from relform_cli.argument_types import positive_float
@@ -40,6 +46,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     verb = add_verb_of_node(verbs, "set", set_parameter)
     add_parameter_argument(verb)
     verb.add_argument("value", help="in YAML")
+
+    verb = add_verb_of_node(verbs, "delete", delete)
+    add_parameter_argument(verb)
 
     add_verb_of_node(verbs, "dump", dump)
 
@@ -159,6 +168,14 @@ def set_parameter(arguments: Namespace) -> None:
     with remote_parameters(arguments) as parameters:
         (result,) = parameters.set([parameter])
     print_result(result, "Set parameter successful", "Setting parameter failed")
+
+
+def delete(arguments: Namespace) -> None:
+    """Delete a parameter, which the node must allow."""
+    nothing = ParameterValue(type=ParameterType.PARAMETER_NOT_SET)
+    with remote_parameters(arguments) as parameters:
+        (result,) = parameters.set([Parameter(name=arguments.parameter_name, value=nothing)])
+    print_result(result, "Deleted parameter successfully", "Deleting parameter failed")
 
 
 def print_result(result: SetParametersResult, success: str, failure: str) -> None:

@@ -1,7 +1,8 @@
 """Asking a node for its parameters and setting them."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -13,12 +14,15 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy.node import Node
-from rclpy.parameter import get_parameter_value, parameter_dict_from_yaml_file
+from rclpy.parameter import PARAMETER_SEPARATOR_STRING, get_parameter_value
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.task import Future
 
 from relform_cli.errors import CommandError, yaml_problem
 from relform_cli.graph import POLL_PERIOD_S, spin
+
+WILDCARD = "/**"
+"""What a file of parameters says of all nodes."""
 
 PATIENCE_S = 5.0
 """So long a node may take to answer."""
@@ -85,6 +89,8 @@ def value_from_text(text: str) -> ParameterValue:
         value = get_parameter_value(text)
     except yaml.YAMLError as error:
         raise CommandError(f"The passed value is not YAML: {yaml_problem(error)}") from None
+    except OverflowError:
+        raise CommandError(f"{text} has an integer of more than 64 bits") from None
     if value.type == ParameterType.PARAMETER_STRING:
         value.string_value = str(value.string_value if isinstance(value.string_value, str) else text)
     if not -(2**63) <= value.integer_value < 2**63:
@@ -93,16 +99,36 @@ def value_from_text(text: str) -> ParameterValue:
 
 
 def parameters_from_file(path: str, use_wildcard: bool) -> list[Parameter]:
-    """All parameters of a YAML file.
+    """The parameters of all nodes in a YAML file but null ones; those of /** count less than others.
+
+    rclpy can read such files as well, but takes the string "1" for a number and fails at "a: b".
 
     Raises:
         CommandError: it cannot be read, or is not a file of parameters.
     """
     try:
-        return list(parameter_dict_from_yaml_file(path, use_wildcard).values())
+        nodes = yaml.safe_load(Path(path).read_text())
     except OSError as error:
         raise CommandError(f"{path}: {error.strerror}") from None
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise CommandError(f"{path} is not YAML: {yaml_problem(error)}") from None
-    except (RuntimeError, TypeError, AttributeError):  # rclpy expects it to be right
+    values: dict[str, Any] = {}
+    try:
+        for node in sorted(nodes, key=WILDCARD.__ne__):
+            if use_wildcard or node != WILDCARD:
+                values.update(_flat(nodes[node]["ros__parameters"]))
+    except (AttributeError, KeyError, TypeError):
         raise CommandError(f"{path} is not '<node>: {{ros__parameters: {{...}}}}'") from None
+    return [
+        Parameter(name=name, value=value_from_text(yaml.safe_dump(value, default_flow_style=True)))
+        for name, value in values.items()
+        if value is not None
+    ]
+
+
+def _flat(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in tree.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{name}{PARAMETER_SEPARATOR_STRING}")
+        else:
+            yield f"{prefix}{name}", value

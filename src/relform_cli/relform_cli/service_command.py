@@ -9,13 +9,14 @@ from rclpy.client import Client
 from rclpy.node import Node
 
 from relform_cli.commands import VerbParsers
-from relform_cli.completion import COMPLETION_SPIN_TIME_S, completed_by
+from relform_cli.completion import completed_by
 from relform_cli.errors import CommandError
 from relform_cli.graph import (
     POLL_PERIOD_S,
     NamesAndTypes,
     add_graph_arguments,
     discover,
+    glanced_at,
     graph_node,
     services,
     spin,
@@ -71,8 +72,7 @@ def add_service_argument(parser: ArgumentParser) -> None:
 
 
 def complete_service(parsed_args: Namespace, **_: object) -> list[str]:
-    with graph_node(parsed_args) as node:
-        time.sleep(COMPLETION_SPIN_TIME_S)
+    with glanced_at(parsed_args) as node:
         return [name for name, _ in services(node, parsed_args.include_hidden_services)]
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from rclpy.node import Node
 
-from relform_cli.completion import COMPLETION_SPIN_TIME_S, completed_by
+from relform_cli.completion import completed_by
 from relform_cli.errors import CommandError
-from relform_cli.graph import POLL_PERIOD_S, discover, full_topic_name, graph_node, topics
+from relform_cli.graph import POLL_PERIOD_S, discover, full_topic_name, glanced_at, topics
 from relform_cli.interfaces import message_class
 
 
@@ -17,8 +17,7 @@ def add_topic_argument(parser: ArgumentParser, dest: str = "topic_name") -> None
 
 
 def complete_topic(parsed_args: Namespace, **_: object) -> list[str]:
-    with graph_node(parsed_args) as node:
-        time.sleep(COMPLETION_SPIN_TIME_S)
+    with glanced_at(parsed_args) as node:
         return [name for name, _ in topics(node, parsed_args.include_hidden_topics)]
 
 
@@ -29,7 +28,7 @@ def discover_topic(node: Node, topic: str, arguments: Namespace, wait: bool = Fa
         wait: until it is there, however long, rather than giving up.
 
     Raises:
-        CommandError: it is not there, or has more than one type.
+        CommandError: it is not there, has more than one type, or one that is not installed.
     """
     name = full_topic_name(node, topic)
     discover(node, arguments, wanted=lambda: bool(topic_types(node, name)))
@@ -44,7 +43,10 @@ def discover_topic(node: Node, topic: str, arguments: Namespace, wait: bool = Fa
         raise CommandError(
             f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]"
         )
-    return message_class(types[0])
+    try:
+        return message_class(types[0])
+    except CommandError:
+        raise CommandError(f"The message type '{types[0]}' is invalid: it is not installed here") from None
 
 
 def topic_types(node: Node, name: str) -> list[str]:

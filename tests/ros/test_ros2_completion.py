@@ -1,0 +1,52 @@
+"""Completions of the ros2 command in bash, as Tab asks for them."""
+
+from pathlib import Path
+
+import pytest
+
+from support.ros2_command import Answer, ask_all
+
+SCRIPT = Path(__file__).parents[2] / ".venv/ros2-completion.sh"
+
+# What stands on the line, and what Tab offers for its last word.
+CASES = {
+    "to": ["topic"],
+    "param d": ["delete", "describe", "dump"],
+    "topic echo --qos-rel": ["--qos-reliability"],
+    "topic echo /alpha/c": ["/alpha/chatter"],
+    "topic echo /alpha/chatter --fie": ["--field"],
+    "topic pub /beta std_msgs/msg/Strin": ["std_msgs/msg/String"],
+    "topic find geometry_msgs/msg/PoseS": ["geometry_msgs/msg/PoseStamped"],
+    "node info /al": ["/alpha/listener", "/alpha/talker"],
+    "param get /alpha/talker name.": ["name.first", "name.last"],
+    "service call /alpha/se": ["/alpha/set"],
+    "service call /alpha/set std_srvs/srv/S": ["std_srvs/srv/SetBool"],
+    "interface show std_srvs/srv/T": ["std_srvs/srv/Trigger"],
+    "interface package relform_m": ["relform_msgs"],
+    "pkg executables relform_to": ["relform_tools"],
+    "run relform_sim ": ["clock", "quadrotor"],
+    "topic echo /nope/": [],
+}
+
+
+def tab(line: str) -> str:
+    """A command of bash that prints what Tab would offer, without the space after a whole word."""
+    words = ["ros2", *line.split(" ")]
+    typed = f"COMP_LINE='ros2 {line}' COMP_POINT={len(line) + 5} COMP_TYPE=9"
+    in_words = f"COMP_WORDS=({' '.join(words)}) COMP_CWORD={len(words) - 1}"
+    return (
+        f"source '{SCRIPT}'; {typed} {in_words}; "
+        "_python_argcomplete ros2; printf '%s\\n' \"${COMPREPLY[@]% }\""
+    )
+
+
+@pytest.fixture(scope="module")
+def answers(live_nodes: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Answer]:
+    return ask_all([[tab(line)] for line in CASES], live_nodes, tmp_path_factory.mktemp("shell"))
+
+
+@pytest.mark.parametrize("line", CASES)
+def test_tab(answers: dict[str, Answer], line: str) -> None:
+    answer = answers[tab(line)]
+    assert sorted(answer.stdout.split()) == CASES[line]
+    assert answer.stderr == ""
