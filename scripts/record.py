@@ -59,7 +59,7 @@ def recover(folder: Path) -> int:
 def record(parameters: dict[str, str]) -> int:
     from relform_tools.recorder_node import main as run_recorder  # needs ROS, recovering does not
 
-    sys.argv = [sys.argv[0], "--ros-args"]
+    sys.argv = [sys.argv[0], "--ros-args", "--log-level", "warn"]
     for name, value in parameters.items():
         sys.argv += ["-p", f"{name}:={value}"]
     return run_recorder()

@@ -21,6 +21,7 @@ setup(
         "console_scripts": [
             "player = relform_tools.player_node:main",
             "recorder = relform_tools.recorder_node:main",
-        ]
+        ],
+        "relform_cli.commands": ["bag = relform_tools.bag_command"],
     },
 )

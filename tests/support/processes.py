@@ -24,3 +24,8 @@ def processes_naming(text: str) -> dict[int, str]:
                 if text in command:
                     found[int(entry.name)] = command
     return found
+
+
+def without_middleware(errors: str) -> str:
+    """What a process itself wrote to stderr, without the complaints of its middleware."""
+    return "".join(line for line in errors.splitlines(keepends=True) if "RTPS" not in line)

@@ -210,3 +210,19 @@ def information_of(scans: Iterable[FileScan]) -> dict[str, object]:
     scans = list(scans)
     topics = {topic.name: topic for scan in scans for topic in scan.topics}
     return bag_information(list(topics.values()), [scan.content for scan in scans])
+
+
+def scan_bag(files: Iterable[Path]) -> list[FileScan]:
+    """Read all files of a bag.
+
+    Raises:
+        BagError: one cannot be read, or is not MCAP.
+    """
+    scans = []
+    for path in files:
+        try:
+            with path.open("rb") as file:
+                scans.append(FileScan(file, path))
+        except OSError as error:
+            raise BagError(f"{path}: cannot be read: {error.strerror}") from None
+    return scans

@@ -16,18 +16,32 @@ class Keyboard:
 
     def __init__(self, descriptor: int | None) -> None:
         self._descriptor = descriptor
+        self._unread = b""
+
+    @property
+    def is_there(self) -> bool:
+        """Whether there can be keys."""
+        return self._descriptor is not None
 
     def pressed(self) -> str | None:
-        """Name of a key that was pressed since the last call, if any that is known."""
-        if self._descriptor is None or not select.select([self._descriptor], [], [], 0.0)[0]:
+        """Name of the next key that was pressed and is known, if any."""
+        if self._descriptor is None:
             return None
-        return KEYS.get(os.read(self._descriptor, 8))
+        if select.select([self._descriptor], [], [], 0.0)[0]:
+            self._unread += os.read(self._descriptor, 64)
+        while self._unread:
+            for code, name in KEYS.items():
+                if self._unread.startswith(code):
+                    self._unread = self._unread.removeprefix(code)
+                    return name
+            self._unread = self._unread[1:]
+        return None
 
 
 @contextmanager
-def terminal_keyboard() -> Iterator[Keyboard]:
+def terminal_keyboard(wanted: bool = True) -> Iterator[Keyboard]:
     """The keyboard of this terminal, whose settings are restored afterwards."""
-    if not sys.stdin.isatty():
+    if not wanted or not sys.stdin.isatty():
         yield Keyboard(None)
         return
     descriptor = sys.stdin.fileno()

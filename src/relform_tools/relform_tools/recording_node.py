@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
@@ -12,10 +11,12 @@ from rclpy.qos import QoSProfile
 
 from relform_core.errors import BagError, ConfigError
 from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_ros.parameters import read_only
 from relform_ros.run_node import Spinner
 from relform_tools.bag_limits import SplitLimits
 from relform_tools.bag_metadata import OfferedQos, QosDuration
 from relform_tools.bag_writer import BagWriter
+from relform_tools.topic_selection import absolute
 
 FLUSH_EVERY_S = 0.5
 """Wall time; a recorder that is killed loses no more than that."""
@@ -31,17 +32,19 @@ def read_output(node: Node) -> Path:
         ConfigError: it is not set.
     """
     description = "Folder of the bag; must not exist."
-    node.declare_parameter("output", "", ParameterDescriptor(description=description, read_only=True))
-    if not (output := node.get_parameter("output").value):
+    if not (output := read_only(node, "output", "", description)):
         raise ConfigError("parameter output is not set: add --ros-args -p output:=<folder of the new bag>")
     return Path(output)
 
 
 def read_topics(node: Node) -> tuple[str, ...]:
     """The parameter ``topics``; empty: all."""
-    description = "Topics to record, fully qualified; empty: all."
-    node.declare_parameter("topics", [""], ParameterDescriptor(description=description, read_only=True))
-    return tuple(name for name in node.get_parameter("topics").value if name)
+    return read_names(node, "topics", "Topics to record; empty: all.")
+
+
+def read_names(node: Node, name: str, description: str) -> tuple[str, ...]:
+    """A parameter that lists topics."""
+    return tuple(absolute(topic) for topic in read_only(node, name, [""], description) if topic)
 
 
 def read_limits(node: Node) -> SplitLimits:
@@ -50,16 +53,9 @@ def read_limits(node: Node) -> SplitLimits:
     Raises:
         BagError: one is out of its bounds.
     """
-    size = _read_limit(
-        node, "max_bag_size", "Size at which the bag goes on in its next file [bytes]; 0: never."
-    )
-    duration = _read_limit(node, "max_bag_duration", "Duration after which it does so [s]; 0: never.")
-    return SplitLimits(size, duration)
-
-
-def _read_limit(node: Node, name: str, description: str) -> int:
-    node.declare_parameter(name, 0, ParameterDescriptor(description=description, read_only=True))
-    return int(node.get_parameter(name).value)
+    size = read_only(node, "max_bag_size", 0, "Size at which to go on in the next file [bytes]; 0: never.")
+    duration_s = read_only(node, "max_bag_duration", 0, "Duration after which to do so [s]; 0: never.")
+    return SplitLimits(size, duration_s)
 
 
 class Recording:
