@@ -31,7 +31,7 @@ STEPS = [step for steps in SHOWN for step in steps]
 
 # Command, exit code, and how the only line on stderr begins.
 BAD_INPUT = [
-    ("nope", 2, "ros2: argument command: invalid choice: 'nope' (choose from 'interface', 'node', "),
+    ("nope", 2, "ros2: argument command: invalid choice: 'nope' (choose from 'bag', 'interface', "),
     (
         "topic nope",
         2,
