@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 from relform_core.load import load_scenario
 from relform_sensors.imu import ImuSensor
 from relform_sensors.optic_flow import OpticFlowSensor
-from relform_sim.failsafe import DESCENT_SPEED
 from relform_sim.onboard import Onboard
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import draw_body
@@ -73,6 +72,7 @@ def test_levels_and_sinks_slowly(
     assert max(tilts[settled:]) < 2.0
     assert max(map(abs, yaw_rates[settled:])) < 12.0  # what the noise of the gyro leaves
     # A thrust that is 10% short costs 1 m/s^2, which the proportional descent answers with another 0.33 m/s.
-    assert -DESCENT_SPEED - 0.45 < np.mean(climbs[steady:]) < -DESCENT_SPEED + 0.1
+    descent_speed = CONFIG.vehicle.failsafe.descent_speed
+    assert -descent_speed - 0.45 < np.mean(climbs[steady:]) < -descent_speed + 0.1
     assert min(climbs[steady:]) > -1.0
     assert max(climbs[steady:]) < -0.1

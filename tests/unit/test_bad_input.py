@@ -222,6 +222,8 @@ OUT_OF_RANGE: dict[str, dict[str, tuple[float, str] | None]] = {
         "inertia_std_percent": NOT_NEGATIVE,
         "collision_radius_m": POSITIVE,
         "tilt_max_deg": (181, "less than or equal to 180"),
+        "failsafe.plan_max_s": (10.5, "less than or equal to 10"),
+        "failsafe.descent_speed_m_s": POSITIVE,
     },
     "sensors/paper.yaml": {
         "imu.attitude_std_deg": (180.5, "less than or equal to 180"),

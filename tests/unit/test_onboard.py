@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from relform_core.load import load_scenario
 from relform_core.measurements import Imu, OpticFlow, RotorCommand
 from relform_core.units import GRAVITY
+from relform_core.vehicle_config import FailsafeConfig
 from relform_sim.failsafe import Failsafe
 from relform_sim.onboard import Onboard, OnboardCounts
 
@@ -79,6 +80,26 @@ def test_predicted_sequence_stands_in_for_missing_commands_until_it_is_exhausted
     assert flight.next(None) == pytest.approx(failsafe)
     assert flight.onboard.counts == OnboardCounts(missing=4, replayed=2, failsafe=2)
     assert flight.next(command(5)) == flown(5, 0)
+
+
+def test_an_old_plan_is_flown_for_a_limited_time() -> None:
+    flight = Flight()
+    flight.onboard.set_limits(FailsafeConfig(plan_max_s=0.1, descent_speed_m_s=0.3))
+    flight.next(command(0, n_predicted=5))
+    assert [flight.next(None) == flown(0, interval) for interval in (1, 2, 3)] == [True, True, False]
+    assert flight.onboard.counts == OnboardCounts(missing=3, replayed=2, failsafe=1)
+    flight.onboard.set_limits(FailsafeConfig(plan_max_s=0.2, descent_speed_m_s=0.3))
+    assert flight.next(None) == flown(0, 4)
+
+
+def test_the_failsafe_sinks_as_fast_as_it_is_told() -> None:
+    flight = Flight()
+    slow = flight.next(None)
+    flight.onboard.set_limits(FailsafeConfig(plan_max_s=1.0, descent_speed_m_s=0.8))
+    fast = flight.next(None)
+    # The thrust follows the speed times a gain of 3/s: m * 3 * (0.8 - 0.3).
+    thrusts = [VEHICLE.thrust_coefficient * np.sum(speeds**2) for speeds in (slow, fast)]
+    assert thrusts[0] - thrusts[1] == pytest.approx(VEHICLE.mass * 1.5)
 
 
 def test_without_any_command_yet_the_failsafe_flies() -> None:

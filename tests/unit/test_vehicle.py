@@ -264,3 +264,22 @@ def test_a_step_that_was_not_measured_cannot_be_flown() -> None:
     vehicle.advance(0, None)
     with pytest.raises(FlightError, match="leader: step 0 was not measured before step 1"):
         vehicle.advance(1, command(0))
+
+
+def test_the_tilt_at_which_a_vehicle_gives_up_can_be_changed_and_nothing_else_changes() -> None:
+    states, faults = [], []
+    for limit in (None, "vehicle.tilt_max_deg=1.0"):
+        vehicle = Vehicle(CONFIG, 1, "leader")
+        others = {name: Vehicle(CONFIG, 1, name).advance(0, None) for name in CONFIG.team.followers}
+        truth = others | {"leader": vehicle.advance(0, None)}
+        vehicle.measure(0, truth)
+        if limit is not None:
+            vehicle.set_limits(load(limit, "vehicle.mass_kg=0.9").vehicle)
+        tilted = vehicle.advance(1, command(0, HOVER + np.array([60.0, 0.0, -60.0, 0.0])))
+        states.append(tilted.q_NB.tolist())
+        now = {name: replace(state, stamp_ns=CONFIG.period_ns) for name, state in others.items()}
+        faults.append(vehicle.fault(1, now | {"leader": tilted}))
+    assert states[0] == states[1]
+    assert faults[0] is None
+    assert faults[1] is not None
+    assert "at most 1 deg are allowed" in faults[1]

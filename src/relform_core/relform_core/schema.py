@@ -21,4 +21,6 @@ NonNegativeVector3 = tuple[NonNegative, NonNegative, NonNegative]
 class Schema(BaseModel):
     """A section of a configuration file: immutable; no unknown or missing keys, no conversions."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )

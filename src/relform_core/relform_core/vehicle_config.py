@@ -9,6 +9,16 @@ from relform_core.schema import Label, NonNegative, NonNegativeVector3, Positive
 from relform_core.units import DEGREES, GRAVITY, PERCENT, RPM, rad_s_to_rpm
 
 
+class FailsafeConfig(Schema):
+    """What a vehicle does by itself when commands stay away."""
+
+    plan_max: Annotated[float, Field(alias="plan_max_s", ge=0.0, le=10.0)]
+    """Time for which the plan of the last command is flown at most, before the vehicle levels out and
+    sinks."""
+    descent_speed: Annotated[float, Field(alias="descent_speed_m_s", gt=0.0, le=3.0)]
+    """Speed at which a vehicle without a plan sinks."""
+
+
 class VehicleConfig(Schema):
     """A quadrotor with rotors front, left, back, right (eq. Aerodynamics in the FLU body frame)."""
 
@@ -33,7 +43,8 @@ class VehicleConfig(Schema):
     collision_radius: Annotated[Positive, Field(alias="collision_radius_m")]
     """Two vehicles collide when their centres are closer than the sum of their radii."""
     tilt_max: Annotated[float, Field(alias="tilt_max_deg", gt=0.0, le=180.0), DEGREES]
-    """A tilt beyond this is a fault."""
+    """A tilt beyond this is a fault, which ends the flight."""
+    failsafe: FailsafeConfig
 
     @property
     def hover_speed(self) -> float:

@@ -8,8 +8,6 @@ from relform_core.measurements import Array, Imu, OpticFlow
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import VehicleConfig
 
-DESCENT_SPEED = 0.3
-"""Vertical speed that the failsafe settles at, downwards [m/s]."""
 DESCENT_GAIN = 3.0
 """Vertical acceleration per error of the vertical speed [1/s]."""
 ATTITUDE_BANDWIDTH = 6.0
@@ -28,6 +26,8 @@ class Failsafe:
 
     def __init__(self, config: VehicleConfig, period: float) -> None:
         """Nominal vehicle, and the time between two calls [s]."""
+        self.descent_speed = config.failsafe.descent_speed
+        """Vertical speed to settle at, downwards [m/s]; may be changed."""
         self._vehicle = config
         self._inertia = np.array(config.inertia)
         self._bandwidth = min(ATTITUDE_BANDWIDTH, BANDWIDTH_TIMES_PERIOD / period)
@@ -44,7 +44,7 @@ class Failsafe:
         torque = self._inertia * (self._bandwidth**2 * tilt_error - 2.0 * self._bandwidth * imu.w_NB_B)
 
         climb_speed = float(up_B @ optic_flow.v_NB_B)
-        acceleration = DESCENT_GAIN * (-DESCENT_SPEED - climb_speed)
+        acceleration = DESCENT_GAIN * (-self.descent_speed - climb_speed)
         thrust = self._vehicle.mass * (GRAVITY + acceleration) / max(tilt_cosine, TILT_COSINE_MIN)
         return self._mix(thrust, torque)
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_core.measurements import Array, Imu, OpticFlow, RotorCommand
-from relform_core.vehicle_config import VehicleConfig
+from relform_core.units import seconds_to_ns
+from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
 from relform_sim.failsafe import Failsafe
 
 
@@ -24,7 +25,7 @@ class OnboardCounts:
 
 
 class Onboard:
-    """Flies the newest good command; without one, its predicted sequence; after that, the failsafe.
+    """Flies the newest good command; without one, its predicted sequence for a while; then the failsafe.
 
     Commands are placed in time by their stamps, so that one that comes several steps late falls into step.
     """
@@ -36,6 +37,12 @@ class Onboard:
         self._failsafe = Failsafe(config, period)
         self._last: RotorCommand | None = None
         self.counts = OnboardCounts()
+        self.set_limits(config.failsafe)
+
+    def set_limits(self, config: FailsafeConfig) -> None:
+        """Take over other limits from the next interval on."""
+        self._plan_max_ns = seconds_to_ns(config.plan_max)
+        self._failsafe.descent_speed = config.descent_speed
 
     def rotor_speeds(
         self, stamp_ns: int, command: RotorCommand | None, imu: Imu, optic_flow: OpticFlow
@@ -76,10 +83,11 @@ class Onboard:
         """What the last good command says about the interval that starts at ``stamp_ns``; None: nothing."""
         if self._last is None:
             return None
-        intervals_later = (stamp_ns - self._last.stamp_ns) // self._last.period_ns
+        age_ns = stamp_ns - self._last.stamp_ns
+        intervals_later = age_ns // self._last.period_ns
         if intervals_later == 0:
             return self._last.speeds
-        if intervals_later > len(self._last.predicted_speeds):
+        if age_ns > self._plan_max_ns or intervals_later > len(self._last.predicted_speeds):
             return None
         self.counts.replayed += 1
         predicted: Array = self._last.predicted_speeds[intervals_later - 1]

@@ -13,6 +13,7 @@ from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurement
 from relform_core.randomness import Stream, spawn_generator
 from relform_core.scenario_config import CommandLoss, ScenarioConfig, ThrustScale, Wind
 from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_core.vehicle_config import VehicleConfig
 from relform_sensors.loss import Loss
 from relform_sensors.suite import Readings, SensorSuite
 from relform_sim.faults import find_fault
@@ -34,6 +35,7 @@ class Vehicle:
             raise FlightError(f"'{name}' is not in the team, known are {', '.join(config.team.vehicles)}")
         index = config.team.vehicles.index(name)
         self._config = config
+        self._limits = config.vehicle
         self._name = name
         self._step = -1
         """Last step advanced to."""
@@ -63,6 +65,11 @@ class Vehicle:
         """How often something other than a fresh command was flown."""
         return self._onboard.counts
 
+    def set_limits(self, config: VehicleConfig) -> None:
+        """Take over the limits of the failsafe and of the tilt, and nothing else; between two steps."""
+        self._limits = config
+        self._onboard.set_limits(config.failsafe)
+
     def advance(self, step: int, command: RotorCommand | None) -> Odometry:
         """Integrate from the step before and return the ground truth at t_step; step 0: the initial one.
 
@@ -91,7 +98,7 @@ class Vehicle:
     def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:
         """Why this vehicle cannot fly on, in one line; None: it can. Arguments and errors as ``measure``."""
         self._check_instant(step, ground_truth)
-        return find_fault(self._config.vehicle, self._name, ground_truth)
+        return find_fault(self._limits, self._name, ground_truth)
 
     def _fly_interval(self, step: int, command: RotorCommand | None) -> None:
         """Fly [t_step, t_{step + 1}]; events act on whole intervals, as they are at the start."""
