@@ -2,12 +2,13 @@
 
 import pytest
 
-from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
-from relform_ros.lockstep import READY, Done
+from relform_ros.barrier import Barrier, DisagreementError, SilentNodeError, VehicleFaultError
+from relform_ros.lockstep import JOINED, READY, Done
 from relform_ros.rejection import Reason, RejectionError
 
 LEADER, FOLLOWER, CONTROLLER = "/leader/quadrotor", "/follower_1/quadrotor", "/formation/controller"
 RECORDER, MONITOR = "/recorder", "/monitor"
+CONFIGURATION = "0123456789ab /recorder"
 MEMBERS = (LEADER, FOLLOWER, CONTROLLER)
 
 
@@ -27,7 +28,14 @@ def now() -> SteadyClock:
 @pytest.fixture
 def barrier(now: SteadyClock) -> Barrier:
     return Barrier(
-        MEMBERS, observers=(), n_steps=100, period=0.05, start_timeout=60.0, step_timeout=2.0, now=now
+        MEMBERS,
+        observers=(),
+        configuration=CONFIGURATION,
+        n_steps=100,
+        period=0.05,
+        start_timeout=60.0,
+        step_timeout=2.0,
+        now=now,
     )
 
 
@@ -37,6 +45,7 @@ def observed(now: SteadyClock) -> Barrier:
     return Barrier(
         MEMBERS,
         observers=(RECORDER, MONITOR),
+        configuration=CONFIGURATION,
         n_steps=6,
         period=0.05,
         start_timeout=60.0,
@@ -54,6 +63,19 @@ def fly(barrier: Barrier, steps: int) -> None:
     for _ in range(steps):
         finish(barrier, *MEMBERS)
         barrier.advance()
+
+
+def test_who_flies_something_else_ends_the_run_at_once(barrier: Barrier) -> None:
+    for node in MEMBERS:
+        barrier.add(Done(node, JOINED, (), "", CONFIGURATION))
+    assert not barrier.complete()
+    barrier.add(Done(FOLLOWER, JOINED, (), "", "0123456789ab"))
+    with pytest.raises(DisagreementError) as error:
+        barrier.complete()
+    assert str(error.value) == (
+        "/follower_1/quadrotor flies another configuration (0123456789ab instead of 0123456789ab /recorder): "
+        "start all nodes with the same scenario file and observers"
+    )
 
 
 def test_a_step_begins_when_all_have_finished_the_one_before(barrier: Barrier) -> None:

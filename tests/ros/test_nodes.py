@@ -2,20 +2,15 @@
 
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import domain_coordinator
 import numpy as np
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from sensor_msgs.msg import Imu
 
 from relform_msgs.msg import FormationEvent, FormationReference, RelativePosition, RotorSpeeds, StepDone
@@ -25,6 +20,7 @@ from relform_ros.qos import LATCHED, LOCKSTEP
 from relform_ros.topics import DIAGNOSTICS, EVENTS, REFERENCE, vehicle_node
 from relform_tools.flight import fly_in_process
 from support.nodes import Nodes, short
+from support.observer import Observer
 from support.scenarios import paper_scenario
 
 VEHICLES = ("leader", "follower_1", "follower_2")
@@ -37,39 +33,10 @@ def domain_id() -> Iterator[int]:
         yield domain
 
 
-class Observer:
-    """A node of the test in the domain of a flight."""
-
-    def __init__(self, domain_id: int) -> None:
-        self._context = Context()
-        rclpy.init(context=self._context, domain_id=domain_id)
-        self.node: Node = rclpy.create_node("observer", context=self._context)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
-
-    def collect(self, type_: Any, topic: str, qos: Any = LOCKSTEP) -> list[Any]:
-        """The messages of a topic, as they come in."""
-        messages: list[Any] = []
-        self.node.create_subscription(type_, topic, messages.append, qos)
-        return messages
-
-    def until(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
-        deadline = time.monotonic() + timeout_s
-        while not condition():
-            assert time.monotonic() < deadline, "waited in vain"
-            self._executor.spin_once(timeout_sec=0.05)
-
-    def close(self) -> None:
-        self._executor.shutdown()
-        self.node.destroy_node()
-        self._context.try_shutdown()
-
-
 @pytest.fixture
 def observer(domain_id: int) -> Iterator[Observer]:
-    observer = Observer(domain_id)
-    yield observer
-    observer.close()
+    with Observer.running(domain_id) as observer:
+        yield observer
 
 
 def test_any_order_of_starting(tmp_path: Path, domain_id: int) -> None:
@@ -170,24 +137,21 @@ def test_impossible_formations_are_refused(
 def flying(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Observer]:
     """An observer of a flight that is in the air for long."""
     folder = tmp_path_factory.mktemp("flying")
-    with domain_coordinator.domain_id() as domain:
-        observer = Observer(domain)
+    with domain_coordinator.domain_id() as domain, Observer.running(domain) as observer:
         ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
         with Nodes(paper_scenario(short(600.0)), folder, domain) as nodes:
             for name in (*VEHICLES, "controller", "clock"):
                 nodes.start(name)
             observer.until(lambda: len(ticks) > 5)
             yield observer
-        observer.close()
 
 
 def ask(observer: Observer, request: list[RelativePosition]) -> SetFormation.Response:
-    client = observer.node.create_client(SetFormation, "/formation/set_formation")
-    observer.until(client.service_is_ready)
-    future = client.call_async(SetFormation.Request(formation=request))
-    observer.until(future.done)
-    observer.node.destroy_client(client)
-    return future.result()
+    service = "/formation/set_formation"
+    answer: SetFormation.Response = observer.call(
+        SetFormation, service, SetFormation.Request(formation=request)
+    )
+    return answer
 
 
 def test_a_formation_is_flown_from_the_next_step_on(flying: Observer) -> None:

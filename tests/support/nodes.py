@@ -10,7 +10,11 @@ from typing import Self
 from relform_core.load import LoadedScenario
 
 INSTALL = Path(__file__).parents[2] / "install"
-OTHERS = {"controller": ("relform_controller", "leader"), "clock": ("relform_sim", "clock")}
+OTHERS = {
+    "controller": ("relform_controller", "leader"),
+    "clock": ("relform_sim", "clock"),
+    "recorder": ("relform_tools", "recorder"),
+}
 HOVER = "{kind: hover, ramp_s: 0.0}"
 
 
@@ -51,9 +55,10 @@ class Nodes:
             process.kill()
             process.communicate()
 
-    def start(self, name: str, *parameters: str) -> subprocess.Popen[str]:
-        """Start a vehicle, the ``controller`` or the ``clock``."""
-        arguments = [*self._arguments, *(part for each in parameters for part in ("-p", each))]
+    def start(self, name: str, *parameters: str, arguments: Sequence[str] = ()) -> subprocess.Popen[str]:
+        """Start a vehicle, the ``controller``, the ``clock`` or the ``recorder``."""
+        given = (part for each in parameters for part in ("-p", each))
+        arguments = [*self._arguments, *given, *arguments]
         if name in self._vehicles:
             package, program = "relform_sim", "quadrotor"
             arguments += ["-r", f"__ns:=/{name}"]

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from relform_controller.algorithm import ModifiedRti, SolverState
 from relform_controller.formation_controller import FormationController
+from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
 from relform_core.measurements import TeamMeasurements
 from support.flights import AGILE, all_speeds, record, replaced, replay
@@ -231,6 +232,43 @@ def test_another_formation_by_request() -> None:
     assert np.abs(all_speeds([decision]) - all_speeds([DECIDED[3]])).max() > 1.0
     with pytest.raises(ConfigError, match="no position for 'follower_2'"):
         controller.set_formation({"follower_1": (-1.5, -0.75, 0.25)})
+
+
+WEIGHTS = ("controller.weights.formation_per_m2=25", "controller.weights.acceleration_per_m2_s4=0.02")
+TORQUE = ("controller.weights.torque_per_n2_m2=4", "controller.weights.terminal_scale=2")
+
+
+def other_weights(*overrides: str) -> WeightsConfig:
+    return paper_scenario(*overrides).config.controller.weights
+
+
+def test_weights_set_before_the_start_are_as_good_as_configured_ones() -> None:
+    configured = FormationController(paper_scenario(AGILE, *WEIGHTS, *TORQUE, seed=4).config)
+    changed = FormationController(CONFIG)
+    changed.set_weights(other_weights(*WEIGHTS, *TORQUE))
+    speeds = [all_speeds(replay(each, MEASURED[:5])) for each in (configured, changed)]
+    np.testing.assert_array_equal(*speeds)
+
+
+@pytest.mark.parametrize("warm_start", ["transform", "cold"])
+def test_weights_hold_from_the_next_step_on_whenever_they_come(warm_start: str) -> None:
+    config = paper_scenario(AGILE, f"controller.solver.warm_start={warm_start}", seed=4).config
+    before = replay(FormationController(config), MEASURED[:12])
+    found = []
+    for early in (True, False):
+        controller = FormationController(config)
+        decisions = replay(controller, MEASURED[:6])
+        decisions.append(controller.feedback(MEASURED[6]))
+        if early:
+            controller.set_weights(other_weights(*WEIGHTS))
+        controller.prepare_next()
+        if not early:
+            controller.set_weights(other_weights(*TORQUE))
+            controller.set_weights(other_weights(*WEIGHTS))  # the last one counts
+        found.append(all_speeds(decisions + replay(controller, MEASURED[7:12])))
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0][:7], all_speeds(before)[:7])
+    assert np.abs(found[0][7] - all_speeds(before)[7]).max() > 1.0
 
 
 def test_times_are_those_of_the_given_clock() -> None:

@@ -9,7 +9,7 @@ from relform_controller.box_qp import QpError
 from relform_controller.kernels import Kernels
 from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.rti import RealTimeIteration, SqpStep
-from relform_core.controller_config import SolverConfig
+from relform_core.controller_config import SolverConfig, WeightsConfig
 
 
 class SolverState(IntEnum):
@@ -65,6 +65,10 @@ class ModifiedRti:
         self._prepare_time = 0.0
         self._prepare_failure = ""
         self._started = False
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        """Weigh the terms of the cost otherwise; ``prepare`` must follow."""
+        self._rti.set_weights(weights)
 
     def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
         """Prepare the first SQP step of the next control step, in the geometry predicted for it."""

@@ -15,6 +15,7 @@ from relform_controller.frames import rotation_z
 from relform_controller.kernels import Kernels
 from relform_controller.model import torque_B
 from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
+from relform_core.controller_config import WeightsConfig
 
 _POSITION_AND_YAW = [0, 1, 2, layout.YAW]
 
@@ -54,29 +55,24 @@ class TeamCost:
         self._torque_map = np.kron(np.eye(n_stages), _torque_by_thrusts(ocp))
         self._rate_map = np.eye(self._n_own) - np.eye(self._n_own, k=-layout.N_INPUT)
 
-        weights, terminal = ocp.weights, np.ones(n_stages)
-        terminal[-1] = ocp.weights.terminal_scale
-        pair_shares = np.array([float(ocp.in_formation_cost(i, j)) for i, j in ocp.pairs])
-        by_term = {
-            "formation": np.kron(pair_shares, np.repeat(weights.formation * terminal, 3)),
-            "leader_position": np.repeat(weights.leader_position * terminal, 3),
-            "leader_yaw": weights.leader_yaw * terminal,
-            "acceleration": np.full(n * n_stages * 3, weights.acceleration),
-            "torque": np.full(n * n_stages * 3, weights.torque),
-            "thrust_rate": np.full(n * n_stages * layout.N_INPUT, weights.thrust_rate),
-        }
-        self.weights = np.concatenate(list(by_term.values()))
-        """Shape (row,)."""
+        by_term = _weights_by_term(ocp, ocp.weights)
         ends = np.cumsum([rows.size for rows in by_term.values()])
         self._slices = {
             name: slice(end - rows.size, end) for (name, rows), end in zip(by_term.items(), ends, strict=True)
         }
-        self._roots = np.sqrt(2.0 * self.weights)[:, None]
         self._coupled = slice(0, self._slices["leader_yaw"].stop)
         """Rows of the team and of the leader; those after them concern each vehicle alone."""
-        self._constant_jacobian = np.zeros((self.weights.size, n * self._n_own))
+        self._constant_jacobian = np.zeros((ends[-1], n * self._n_own))
         for name, own_map in (("torque", self._torque_map), ("thrust_rate", self._rate_map)):
             self._fill_own_rows(self._constant_jacobian, name, np.broadcast_to(own_map, (n, *own_map.shape)))
+        self.set_weights(ocp.weights)
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        """Weigh the same residuals otherwise."""
+        self.weights = np.concatenate(list(_weights_by_term(self._ocp, weights).values()))
+        """Shape (row,)."""
+        self._roots = np.sqrt(2.0 * self.weights)[:, None]
+        self._acceleration_root = np.sqrt(2.0 * weights.acceleration)
         constant_rows = self._roots * self._constant_jacobian
         self._constant_hessian = constant_rows.T @ constant_rows
 
@@ -117,7 +113,7 @@ class TeamCost:
         coupled = self._roots[self._coupled] * jacobian[self._coupled]
         hessian: Array = coupled.T @ coupled + self._constant_hessian
         rows = self._rows(jacobian, "acceleration").reshape(n, -1, n, self._n_own)
-        own = np.sqrt(2.0 * self._ocp.weights.acceleration) * rows[vehicles, :, vehicles]
+        own = self._acceleration_root * rows[vehicles, :, vehicles]
         blocks = hessian.reshape(n, self._n_own, n, self._n_own)
         blocks[vehicles, :, vehicles] += own.swapaxes(1, 2) @ own
         return hessian
@@ -194,6 +190,22 @@ class TeamCost:
         n = self._ocp.n_vehicles
         rows = self._rows(jacobian, name).reshape(n, -1, n, self._n_own)
         rows[np.arange(n), :, np.arange(n)] = own_maps
+
+
+def _weights_by_term(ocp: Ocp, weights: WeightsConfig) -> dict[str, Array]:
+    """The weight of each row of each term, in the order of the rows."""
+    n, n_stages = ocp.n_vehicles, ocp.n_stages
+    terminal = np.ones(n_stages)
+    terminal[-1] = weights.terminal_scale
+    pair_shares = np.array([float(ocp.in_formation_cost(i, j)) for i, j in ocp.pairs])
+    return {
+        "formation": np.kron(pair_shares, np.repeat(weights.formation * terminal, 3)),
+        "leader_position": np.repeat(weights.leader_position * terminal, 3),
+        "leader_yaw": weights.leader_yaw * terminal,
+        "acceleration": np.full(n * n_stages * 3, weights.acceleration),
+        "torque": np.full(n * n_stages * 3, weights.torque),
+        "thrust_rate": np.full(n * n_stages * layout.N_INPUT, weights.thrust_rate),
+    }
 
 
 def _torque_by_thrusts(ocp: Ocp) -> Array:

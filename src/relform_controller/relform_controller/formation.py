@@ -11,6 +11,7 @@ from relform_controller.ocp import Array
 from relform_controller.trajectory import smooth_step
 from relform_core.errors import ConfigError
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.schema import Vector3
 
 
 class FormationSchedule:
@@ -26,12 +27,14 @@ class FormationSchedule:
         self._period = config.controller.period
         self._ramp = config.controller.formation_ramp
         self._by_step = _formation_starts(config)
-        self._target = self._pair_positions(config.formations[config.phases[0].formation])
+        self.by_follower: Mapping[str, Vector3] = config.formations[config.phases[0].formation]
+        """The present formation: position of each follower relative to the leader [m]."""
+        self._target = self._pair_positions(self.by_follower)
         self._previous = self._target
         self._changed_at = -math.inf
-        self._requested: Array | None = None
+        self._requested: Mapping[str, Vector3] | None = None
 
-    def request(self, formation: Mapping[str, tuple[float, float, float]]) -> None:
+    def request(self, formation: Mapping[str, Vector3]) -> None:
         """Fly another formation from the next step on, until the scenario changes it.
 
         Args:
@@ -41,17 +44,16 @@ class FormationSchedule:
         """
         if problem := self._config.formation_problem(formation):
             raise ConfigError(f"formation {problem}")
-        self._requested = self._pair_positions(formation)
+        self._requested = dict(formation)
 
     def advance(self, step: int) -> None:
         """Apply what the scenario or a request changes at this control step."""
-        target = self._requested
-        if target is None and step in self._by_step:
-            target = self._pair_positions(self._by_step[step])
+        formation = self._by_step.get(step) if self._requested is None else self._requested
         self._requested = None
-        if target is not None:
+        if formation is not None:
             self._previous = self.reference(step, 1)[:, 0]
-            self._target = target
+            self.by_follower = formation
+            self._target = self._pair_positions(formation)
             self._changed_at = step
 
     @property
@@ -66,14 +68,14 @@ class FormationSchedule:
         share = smooth_step(since_change, self._ramp)[:, None]
         return self._previous[:, None] + (self._target - self._previous)[:, None] * share
 
-    def _pair_positions(self, formation: Mapping[str, tuple[float, float, float]]) -> Array:
+    def _pair_positions(self, formation: Mapping[str, Vector3]) -> Array:
         places = np.array([(0.0, 0.0, 0.0), *(formation[name] for name in self._vehicles[1:])])
         return np.array([places[j] - places[i] for i, j in self._pairs])
 
 
-def _formation_starts(config: ScenarioConfig) -> dict[int, Mapping[str, tuple[float, float, float]]]:
+def _formation_starts(config: ScenarioConfig) -> dict[int, Mapping[str, Vector3]]:
     """The formation of each phase that changes it, by the control step at which the phase starts."""
-    starts: dict[int, Mapping[str, tuple[float, float, float]]] = {}
+    starts: dict[int, Mapping[str, Vector3]] = {}
     time = 0.0
     for before, phase in itertools.pairwise(config.phases):
         time += before.duration

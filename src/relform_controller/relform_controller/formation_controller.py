@@ -15,8 +15,10 @@ from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeome
 from relform_controller.raw_feedback import Feedback, Prediction, RawFeedback
 from relform_controller.trajectory import LeaderReference, LeaderTrajectory
 from relform_controller.warm_start import hover_plan, shift, transform
+from relform_core.controller_config import WeightsConfig
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.schema import Vector3
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +99,18 @@ class FormationController:
         self._guess: Plan | None = None
         self._prediction: Prediction | None = None
         self._applied_thrusts = np.full((self._ocp.n_vehicles, layout.N_INPUT), self._hover_thrust)
+        self._requested_weights: WeightsConfig | None = None
 
-    def set_formation(self, formation: Mapping[str, tuple[float, float, float]]) -> None:
+    @property
+    def formation(self) -> Mapping[str, Vector3]:
+        """What the team flies: position of each follower relative to the leader, without ramp [m]."""
+        return self._formation.by_follower
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        """Weigh the terms of the cost otherwise from the next step on."""
+        self._requested_weights = weights
+
+    def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """Fly another formation from the next step on, until the scenario changes it.
 
         Args:
@@ -130,6 +142,7 @@ class FormationController:
             self._formation.reference(step, n_instants), leader.p_NB_N, leader.yaw_NB
         )
         feedback = self._raw_feedback.update(measurements, float(leader.yaw_NB[0]), self._prediction)
+        self._apply_weights()
         guess = self._guess
         if guess is None or self._warm_start == "cold":
             guess = hover_plan(feedback.initial_states, self._hover_thrust, self._ocp.n_stages)
@@ -162,6 +175,15 @@ class FormationController:
             case "cold":  # there is nothing to prepare before the measurement
                 return
         self._solver.prepare(self._guess, geometry)
+
+    def _apply_weights(self) -> None:
+        """Change the weights if that was asked for; what was prepared has to be prepared again with them."""
+        if self._requested_weights is None:
+            return
+        self._solver.set_weights(self._requested_weights)
+        self._requested_weights = None
+        if self._guess is not None and self._prediction is not None:
+            self._solver.prepare(self._guess, self._prediction.geometry)
 
     def _decision(
         self,

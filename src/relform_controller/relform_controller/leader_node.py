@@ -5,15 +5,18 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
 import rclpy
 from rclpy.node import Node
 from threadpoolctl import threadpool_limits
 
 from relform_controller.algorithm import SolverState
 from relform_controller.formation_controller import Decision, FormationController
+from relform_controller.tuning import FORMATION, ControllerTuning, by_formation_key
 from relform_core.errors import ConfigError, MessageError
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.scenario_config import TeamConfig
+from relform_core.schema import Vector3
 from relform_msgs.msg import (
     FormationEvent,
     FormationReference,
@@ -24,6 +27,7 @@ from relform_msgs.msg import (
 )
 from relform_msgs.srv import SetFormation
 from relform_ros.conversions import rotor_command_to_msg
+from relform_ros.events import parameters_to_msg
 from relform_ros.fields import (
     WORLD_FRAME,
     header_to_msg,
@@ -32,6 +36,7 @@ from relform_ros.fields import (
     vector_from_msg,
     vector_to_msg,
 )
+from relform_ros.live_parameters import LiveParameters
 from relform_ros.lockstep import StepInbox
 from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
@@ -47,13 +52,16 @@ class Leader:
     """Lets the controller decide once per step, as soon as all that the vehicles sent is there."""
 
     def __init__(self, node: Node, spinner: Spinner) -> None:
-        config = read_scenario(node).config
+        scenario = read_scenario(node)
+        config = scenario.config
+        self._config = config
         self._team = config.team
         self._n_steps = config.n_steps
         self._period_ns = config.period_ns
+        self._parameters = LiveParameters(node, ControllerTuning.from_scenario(scenario))
         self._controller = FormationController(config)
         self._next_step = 0
-        """The first step that was not decided yet."""
+        """The first step that was not decided yet; there a change takes effect."""
         self._solver_states: Counter[SolverState] = Counter()
         self._fallback_reason = ""
         topics = {
@@ -62,7 +70,7 @@ class Leader:
             for sensor in sensors_of(vehicle, self._team)
         }
         self._inbox = StepInbox[Any](topics, self._period_ns)
-        self._member = LockstepMember(node, spinner, config, read_observers(node))
+        self._member = LockstepMember(node, spinner, scenario, read_observers(node))
         self._member.report = self._report
         for topic, (vehicle, wire) in topics.items():
             self._member.endpoints.subscribe(topic, self._measurement_callback(topic, vehicle, wire))
@@ -100,14 +108,38 @@ class Leader:
             for vehicle in self._team.vehicles
         }
         measurements = TeamMeasurements(step, step * self._period_ns, by_vehicle)
+        self._apply_parameters(step)
         decision = self._controller.feedback(measurements)
+        self._parameters.follow(by_formation_key(self._controller.formation))
         self._next_step = step + 1
+        if self._next_step == self._n_steps:
+            self._parameters.close()
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
         for vehicle, command in decision.commands.items():
             topic = vehicle_topic(vehicle, "rotor_speeds")
             self._member.publish(topic, rotor_command_to_msg(command, vehicle))
         return decision
+
+    def _apply_parameters(self, step: int) -> None:
+        """Pass on what was changed since the last decision, and tell those who record."""
+        changes = self._parameters.take()
+        tuning = self._parameters.tuning
+        weights = {key: value for key, value in changes.items() if not key.startswith(FORMATION)}
+        if weights:
+            self._controller.set_weights(tuning.weights)
+            self._member.publish(EVENTS, parameters_to_msg(step, self._period_ns, CONTROLLER_NODE, weights))
+        if len(changes) > len(weights):
+            self._controller.set_formation(tuning.formation)
+            event = FormationEvent(
+                header=header_to_msg(step * self._period_ns),
+                step=step,
+                kind=FormationEvent.SET_FORMATION,
+                source=CONTROLLER_NODE,
+                description="requested by service or parameters",
+                formation=formation_to_msgs(tuning.formation, self._team),
+            )
+            self._member.publish(EVENTS, event)
 
     def _publish_telemetry(self, decision: Decision, input_topics: list[str]) -> None:
         event = FormationEvent(
@@ -134,22 +166,14 @@ class Leader:
         self, request: SetFormation.Request, response: SetFormation.Response
     ) -> SetFormation.Response:
         try:
-            if self._next_step >= self._n_steps:
-                raise ConfigError("the flight is over")
-            self._controller.set_formation(formation_from_msgs(request.formation, self._team))
+            formation = formation_from_msgs(request.formation, self._team)
+            if problem := self._config.formation_problem(formation):
+                raise ConfigError(f"formation {problem}")
+            self._parameters.change(by_formation_key(formation))
         except (ConfigError, MessageError) as error:
             response.success = False
             response.message = str(error)
             return response
-        event = FormationEvent(
-            header=header_to_msg(self._next_step * self._period_ns),
-            step=self._next_step,
-            kind=FormationEvent.SET_FORMATION,
-            source=CONTROLLER_NODE,
-            description="requested by service",
-            formation=request.formation,
-        )
-        self._member.publish(EVENTS, event)
         response.success = True
         response.message = f"applies from step {self._next_step} on"
         return response
@@ -159,15 +183,13 @@ class Leader:
         return counts | {"solver.last_fallback_reason": self._fallback_reason}
 
 
-def formation_from_msgs(
-    msgs: list[RelativePosition], team: TeamConfig
-) -> dict[str, tuple[float, float, float]]:
+def formation_from_msgs(msgs: list[RelativePosition], team: TeamConfig) -> dict[str, Vector3]:
     """Position of each follower relative to the leader.
 
     Raises:
         MessageError: the observer is not the leader, a target is named twice, or a position is not finite.
     """
-    formation: dict[str, tuple[float, float, float]] = {}
+    formation: dict[str, Vector3] = {}
     for msg in msgs:
         if msg.observer_id != team.leader:
             raise MessageError(f"observer_id must be the leader '{team.leader}' (got '{msg.observer_id}')")
@@ -176,6 +198,16 @@ def formation_from_msgs(
         x, y, z = vector_from_msg(msg.position, f"position of '{msg.target_id}'").tolist()
         formation[msg.target_id] = (x, y, z)
     return formation
+
+
+def formation_to_msgs(formation: Mapping[str, Vector3], team: TeamConfig) -> list[RelativePosition]:
+    """Position of each follower relative to the leader."""
+    return [
+        RelativePosition(
+            observer_id=team.leader, target_id=follower, position=vector_to_msg(np.array(formation[follower]))
+        )
+        for follower in team.followers
+    ]
 
 
 def state_to_msg(decision: Decision) -> FormationState:

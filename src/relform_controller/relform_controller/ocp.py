@@ -29,6 +29,7 @@ class Ocp:
     """Length of one stage [s]."""
     body: RigidBody
     weights: WeightsConfig
+    """At the start of a flight."""
     thrust_min: float
     thrust_max: float
     """Bounds on the thrust of each rotor [N]."""

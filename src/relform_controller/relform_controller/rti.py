@@ -14,6 +14,7 @@ from relform_controller.condensing import StateMaps, condense
 from relform_controller.cost import CostLinearization, NetAcceleration, TeamCost
 from relform_controller.kernels import Kernels
 from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
+from relform_core.controller_config import WeightsConfig
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +47,11 @@ class RealTimeIteration:
         self._kernels = kernels
         self._cost = TeamCost(ocp, kernels)
         self._prepared: _PreparedQp | None = None
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        """Weigh the terms of the cost otherwise; what was prepared is void."""
+        self._cost.set_weights(weights)
+        self._prepared = None
 
     def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
         """Linearise, condense and factorise around a guess, in the {mi} frames as predicted.

@@ -7,20 +7,27 @@ from pydantic import Field
 from relform_core.schema import NonNegative, Positive, Schema
 from relform_core.units import DEGREES
 
+WEIGHT_MAX = 1e6
+"""Far beyond what makes sense, but the squares of such numbers can still be computed with."""
+
 
 class WeightsConfig(Schema):
     """Weights of eqs. CostFunc1 and CostFunc2, each on the squared norm of its term."""
 
-    formation: Annotated[Positive, Field(alias="formation_per_m2")]
-    """Each ordered pair, relative position in {mc_i}."""
-    leader_position: Annotated[NonNegative, Field(alias="leader_position_per_m2")]
-    leader_yaw: Annotated[NonNegative, Field(alias="leader_yaw_per_rad2")]
-    acceleration: Annotated[Positive, Field(alias="acceleration_per_m2_s4")]
-    """Net force divided by mass, zero at hover."""
-    torque: Annotated[NonNegative, Field(alias="torque_per_n2_m2")]
-    thrust_rate: Annotated[NonNegative, Field(alias="thrust_rate_per_n2")]
-    """Change of each rotor's thrust from one interval to the next; not in the paper, 0 leaves it out."""
-    terminal_scale: Positive
+    formation: Annotated[float, Field(alias="formation_per_m2", gt=0.0, le=WEIGHT_MAX)]
+    """Weight on the error of each ordered pair's relative position in {mc_i}."""
+    leader_position: Annotated[float, Field(alias="leader_position_per_m2", ge=0.0, le=WEIGHT_MAX)]
+    """Weight on the leader's distance from its path."""
+    leader_yaw: Annotated[float, Field(alias="leader_yaw_per_rad2", ge=0.0, le=WEIGHT_MAX)]
+    """Weight on the leader's yaw off its heading."""
+    acceleration: Annotated[float, Field(alias="acceleration_per_m2_s4", gt=0.0, le=WEIGHT_MAX)]
+    """Weight on the net force divided by mass, zero at hover."""
+    torque: Annotated[float, Field(alias="torque_per_n2_m2", ge=0.0, le=WEIGHT_MAX)]
+    """Weight on the torque of each vehicle."""
+    thrust_rate: Annotated[float, Field(alias="thrust_rate_per_n2", ge=0.0, le=WEIGHT_MAX)]
+    """Weight on the change of each rotor's thrust from one interval to the next; not in the paper, 0 leaves
+    it out."""
+    terminal_scale: Annotated[float, Field(gt=0.0, le=WEIGHT_MAX)]
     """Factor on the formation, position and yaw terms of the terminal cost."""
 
 

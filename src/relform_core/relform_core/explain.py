@@ -26,7 +26,7 @@ class Origins:
     """Where the parts of a configuration were written."""
 
     scenario: str
-    """Path of the scenario file."""
+    """Path of the scenario file; empty: there is none, and a key is located by its name alone."""
     files: dict[str, str] = field(default_factory=dict)
     """Path of the file of each section that has one."""
     overrides: set[KeyPath] = field(default_factory=set)
@@ -40,7 +40,7 @@ class Origins:
             file, key = self.files[key[0]], key[1:]
         else:
             file = self.scenario
-        return f"{file}: {'.'.join(key)}" if key else file
+        return ": ".join(filter(None, (file, ".".join(key))))
 
 
 def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins) -> str:

@@ -5,6 +5,7 @@ A scenario names its vehicle, sensors and controller by the path of another file
 a scenario file too.
 """
 
+import hashlib
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -32,6 +33,14 @@ class LoadedScenario:
     config: ScenarioConfig
     seed: int
     effective_yaml: str
+    written: Mapping[str, Any]
+    """The same, its sections included, in the keys and units of the files; without the seed."""
+
+    @property
+    def fingerprint(self) -> str:
+        """Equal for equal flights: a hash of configuration and seed, however they are written."""
+        text = f"{self.config.model_dump_json()} {self.seed}"
+        return hashlib.sha256(text.encode(), usedforsecurity=False).hexdigest()[:12]
 
     def with_seed(self, seed: int) -> "LoadedScenario":
         """The same scenario with another seed, without loading it again."""
@@ -70,7 +79,7 @@ def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = 
         raise ConfigError(f"{path}: holds a value that is neither text, number, list nor mapping") from None
     except ValidationError as error:
         raise ConfigError(explain(error, tree, origins)) from None
-    return LoadedScenario(config, checked_seed, effective_yaml)
+    return LoadedScenario(config, checked_seed, effective_yaml, tree)
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:

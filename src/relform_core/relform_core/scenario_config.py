@@ -199,6 +199,7 @@ class ScenarioConfig(Schema):
     controller: ControllerConfig
     team: TeamConfig
     formations: Annotated[dict[Name, FormationConfig], Field(alias="formations_m", min_length=1)]
+    """Position of each follower relative to the leader in {mc} of the leader [m], by formation and name."""
     start: StartConfig
     phases: Annotated[tuple[PhaseConfig, ...], Field(min_length=1)]
     events: tuple[Event, ...]

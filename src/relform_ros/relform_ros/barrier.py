@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 
 from relform_core.errors import FlightError
-from relform_ros.lockstep import READY, Done
+from relform_ros.lockstep import JOINED, READY, Done
 from relform_ros.rejection import Reason, RejectionError
 
 
@@ -20,6 +20,10 @@ class VehicleFaultError(FlightError):
     """A member says that the run cannot go on."""
 
 
+class DisagreementError(FlightError):
+    """A member flies something else."""
+
+
 class Barrier:
     """Who has finished the current step, and who has not.
 
@@ -29,6 +33,7 @@ class Barrier:
     Args:
         members: fully qualified node names, without the observers.
         observers: likewise.
+        configuration: what every member must say when it joins.
         n_steps: the last step.
         period: length of a step [s], for messages.
         start_timeout: time that all members may take to be ready [s].
@@ -40,6 +45,7 @@ class Barrier:
         self,
         members: Iterable[str],
         observers: Iterable[str],
+        configuration: str,
         n_steps: int,
         period: float,
         start_timeout: float,
@@ -51,6 +57,9 @@ class Barrier:
         """The newest step that each member has finished."""
         self._faults: dict[str, str] = {}
         """Who cannot go on, and why."""
+        self._configuration = configuration
+        self._disagreement = ""
+        """Who flies something else, and what."""
         self._n_steps = n_steps
         self._period = period
         self._timeouts = start_timeout, step_timeout
@@ -71,6 +80,13 @@ class Barrier:
         """
         if done.node not in self._finished:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is no member of this barrier")
+        if done.step == JOINED:
+            if done.configuration != self._configuration:
+                self._disagreement = (
+                    f"{done.node} flies another configuration ({done.configuration} instead of "
+                    f"{self._configuration}): start all nodes with the same scenario file and observers"
+                )
+            return
         expected = self._finished[done.node] + 1
         if done.step == expected - 1:
             raise RejectionError(Reason.DUPLICATE, f"{done.node} has finished step {done.step} before")
@@ -85,9 +101,12 @@ class Barrier:
         """Whether the next step may begin.
 
         Raises:
+            DisagreementError: a member flies something else.
             SilentNodeError: not yet, and the time for this one is up.
             VehicleFaultError: likewise, and a member reported a fault.
         """
+        if self._disagreement:
+            raise DisagreementError(self._disagreement)
         if not (late := self._late()):
             return True
         timeout = self._timeouts[self._step != READY]

@@ -45,7 +45,7 @@ from relform_ros.fields import (
     vector_from_msg,
     vector_to_msg,
 )
-from relform_ros.lockstep import READY, Done
+from relform_ros.lockstep import JOINED, Done
 from relform_ros.rejection import Reason, RejectionError
 
 UNMEASURED_VARIANCE = 1e9
@@ -275,6 +275,7 @@ def done_to_msg(done: Done, stamp_ns: int) -> StepDoneMsg:
         node=done.node,
         sent=list(done.sent),
         fault=done.fault,
+        configuration=done.configuration,
     )
 
 
@@ -286,9 +287,15 @@ def done_from_msg(msg: StepDoneMsg, node: str) -> Done:
     """
     if msg.node != node:
         raise RejectionError(Reason.FOREIGN, f"node must be '{node}' (got '{msg.node}')")
-    if msg.step < READY:
-        raise RejectionError(Reason.INVALID, f"step must be at least {READY} (got {msg.step})")
-    return Done(node=msg.node, step=msg.step, sent=tuple(msg.sent), fault=msg.fault)
+    if msg.step < JOINED:
+        raise RejectionError(Reason.INVALID, f"step must be at least {JOINED} (got {msg.step})")
+    return Done(
+        node=msg.node,
+        step=msg.step,
+        sent=tuple(msg.sent),
+        fault=msg.fault,
+        configuration=msg.configuration,
+    )
 
 
 def _speeds(speeds: Array, what: str) -> Array:

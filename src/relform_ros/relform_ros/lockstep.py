@@ -10,6 +10,8 @@ from typing import Generic, TypeVar
 
 from relform_ros.rejection import Reason, RejectionError
 
+JOINED = -2
+"""Step number that says: the node is there, and waits for the others."""
 READY = -1
 """Step number that says: discovery is complete, the run may start."""
 
@@ -31,6 +33,8 @@ class Done:
     """Topics on which it has published in this step, as often as it has."""
     fault: str
     """Empty, or why the run cannot go on."""
+    configuration: str = ""
+    """What must be equal on all nodes; told when a node joins."""
 
 
 def step_at(stamp_ns: int, period_ns: int) -> int:
@@ -86,14 +90,14 @@ class Announcements:
         self._steps: _OpenSteps[dict[str, Done]] = _OpenSteps(dict)
 
     def add(self, done: Done) -> None:
-        """Take in what a member says; that it is ready is of no interest here.
+        """Take in what a member says; that it has joined or is ready is of no interest here.
 
         Raises:
             RejectionError: it is not awaited, or says so for the second time, or for a step that is not open.
         """
         if done.node not in self._awaited:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is not awaited here")
-        if done.step == READY:
+        if done.step < 0:
             return
         step = self._steps.opened(done.step)
         if done.node in step:

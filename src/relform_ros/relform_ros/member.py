@@ -9,13 +9,14 @@ from typing import Any
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from relform_core.scenario_config import ScenarioConfig
+from relform_core.errors import ConfigError
+from relform_core.load import LoadedScenario
 from relform_msgs.msg import StepDone
 from relform_ros.conversions import done_from_msg, done_to_msg
 from relform_ros.diagnostics import diagnostics_to_msg, is_due
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_from_msg
-from relform_ros.lockstep import READY, Announcements, Done, step_at
+from relform_ros.lockstep import JOINED, READY, Announcements, Done, step_at
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
 from relform_ros.topics import CLOCK, DIAGNOSTICS, members, step_done_topic, topic_table
@@ -28,16 +29,27 @@ FAREWELL_S = 1.0
 """How long a node that ends waits until all that it has sent was received."""
 
 
+def configuration_of(scenario: LoadedScenario, observers: Sequence[str]) -> str:
+    """What all nodes of a flight must agree on: a hash of the scenario and its seed, and the observers."""
+    return " ".join((scenario.fingerprint, *sorted(observers)))
+
+
 class LockstepMember:
     """The barrier seen from one of its members.
 
     Args:
         observers: the members beside vehicles and controller.
+    Raises:
+        ConfigError: the node is no member.
     """
 
     def __init__(
-        self, node: Node, spinner: Spinner, config: ScenarioConfig, observers: Sequence[str]
+        self, node: Node, spinner: Spinner, scenario: LoadedScenario, observers: Sequence[str]
     ) -> None:
+        config = scenario.config
+        self._name = node.get_fully_qualified_name()
+        check_name(self._name, members(config.team, observers))
+        self._configuration = configuration_of(scenario, observers)
         self.endpoints = Endpoints(node, topic_table(config.team, observers))
         readable = {topic.name for topic in self.endpoints.readable}
         awaited = [
@@ -47,7 +59,6 @@ class LockstepMember:
         """What the members have sent whose messages this one reads; the owner closes the steps."""
         self.report: Callable[[], Mapping[str, object]] = dict
         """What the node adds to its diagnostics, once per second of simulation time."""
-        self._name = node.get_fully_qualified_name()
         self._spinner = spinner
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
@@ -76,6 +87,8 @@ class LockstepMember:
         Raises:
             StopRequestedError: by a signal.
         """
+        joined = Done(self._name, JOINED, (), "", self._configuration)
+        self.endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
         self._discover()
         self._send_done(READY, stamp_ns=0, fault="")
         for step in range(self._n_steps + 1):
@@ -129,3 +142,16 @@ class LockstepMember:
         done = Done(self._name, step, tuple(self._sent), fault)
         self.endpoints.publish(step_done_topic(self._name), done_to_msg(done, stamp_ns))
         self._sent = []
+
+
+def check_name(name: str, known: Sequence[str]) -> None:
+    """Whether a node is called as the others expect it.
+
+    Raises:
+        ConfigError: it is not.
+    """
+    if name not in known:
+        raise ConfigError(
+            f"the others know no such node, but {', '.join(known)}: leave -r __node:= away, and -r __ns:= "
+            "if this is no vehicle"
+        )

@@ -1,22 +1,82 @@
-"""The parameters that every node of a flight has: which scenario is flown, and who takes part."""
+"""The parameters of nodes: which scenario is flown, who takes part, and what else is read at the start."""
 
+import array
+import difflib
+import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from relform_core.errors import ConfigError
 from relform_core.load import LoadedScenario, load_scenario
 
 T = TypeVar("T")
 
+EXAMPLES = {
+    Parameter.Type.BOOL: "true",
+    Parameter.Type.INTEGER: "1",
+    Parameter.Type.DOUBLE: "1.0",
+    Parameter.Type.DOUBLE_ARRAY: "[1.0, 2.0]",
+    Parameter.Type.STRING: "some text",
+    Parameter.Type.STRING_ARRAY: "[some, text]",
+}
+"""How values of a type are written."""
 
-def read_only(node: Node, name: str, default: T, description: str) -> T:
-    """Declare a parameter that cannot be changed later, and read it."""
-    node.declare_parameter(name, default, ParameterDescriptor(description=description, read_only=True))
-    value: T = node.get_parameter(name).value
+
+def declare(node: Node, name: str, default: T, descriptor: ParameterDescriptor) -> T:
+    """Declare a parameter: its value at the start of the node.
+
+    Raises:
+        ConfigError: one line: the value that was given cannot be used.
+    """
+    given = _given(node).get(name)
+    value = default if given is None or given.type_ is Parameter.Type.NOT_SET else given.value
+    wanted = Parameter.Type.from_parameter_value(default)
+    if wanted in (Parameter.Type.DOUBLE, Parameter.Type.DOUBLE_ARRAY):
+        value = doubles(value)
+    got = Parameter.Type.from_parameter_value(value)
+    if got is not wanted:
+        example = EXAMPLES[wanted]
+        raise ConfigError(
+            f"parameter {name} must be of type {wanted.name}, as in {example} (got {value!r}, {got.name})"
+        )
+    try:
+        node.declare_parameter(name, value, descriptor, ignore_override=True)
+    except InvalidParameterValueException:
+        (bounds,) = descriptor.floating_point_range
+        between = f"between {bounds.from_value:g} and {bounds.to_value:g}"
+        raise ConfigError(f"parameter {name} must be {between} (got {value})") from None
     return value
+
+
+def doubles(value: Any) -> Any:
+    """The value of a parameter that holds doubles: 10.0 is often written as 10."""
+    if type(value) is int:
+        return float(value)
+    if isinstance(value, list | array.array) and any(type(each) is int for each in value):
+        return [doubles(each) for each in value]
+    return value
+
+
+def read_only(
+    node: Node, name: str, default: T, description: str, bounds: tuple[float, float] | None = None
+) -> T:
+    """Declare a parameter that cannot be changed later, and read it.
+
+    Args:
+        bounds: least and greatest value of a number.
+    Raises:
+        ConfigError: one line: the value that was given cannot be used.
+    """
+    descriptor = ParameterDescriptor(description=description, read_only=True)
+    if bounds is not None:
+        descriptor.floating_point_range = [FloatingPointRange(from_value=bounds[0], to_value=bounds[1])]
+    return declare(node, name, default, descriptor)
 
 
 def read_scenario(node: Node) -> LoadedScenario:
@@ -40,3 +100,24 @@ def read_observers(node: Node) -> tuple[str, ...]:
         "Fully qualified names of the nodes for which every step waits, beside vehicles and controller."
     )
     return tuple(name for name in read_only(node, "observers", [""], description) if name)
+
+
+def warn_of_unknown(node: Node) -> None:
+    """Name the parameters that were given but that the node, all of its own declared, does not have.
+
+    It goes on: a section ``/**`` of a file is meant for several nodes, which need not have all of it.
+    """
+    known = node.list_parameters([], 0).names
+    for name in sorted(set(_given(node)) - set(known)):
+        close = difflib.get_close_matches(name, known, n=1)
+        hint = f"; did you mean {close[0]}?" if close else ""
+        print(
+            f"{node.get_fully_qualified_name()}: warning: unknown parameter {name} is ignored{hint}",
+            file=sys.stderr,
+        )
+
+
+def _given(node: Node) -> Mapping[str, Parameter]:
+    """What the command line and its files say about the parameters of a node; rclpy hides it."""
+    given: Mapping[str, Parameter] = node._parameter_overrides
+    return given

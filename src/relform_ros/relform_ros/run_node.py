@@ -1,5 +1,6 @@
 """How every node of relform starts, waits and ends."""
 
+import re
 import signal
 import sys
 import time
@@ -16,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
 from relform_core.errors import ConfigError, FlightError, RelformError
+from relform_ros.parameters import warn_of_unknown
 
 EXIT_ERROR = 1
 EXIT_INTERRUPTED = 130
@@ -104,6 +106,7 @@ def run_node(
         name = node.get_fully_qualified_name()
         spinner = Spinner(node)
         logic = build(node, spinner)
+        warn_of_unknown(node)
         for signum in (signal.SIGINT, signal.SIGTERM):
             signal.signal(signum, spinner.interrupt)
         logic.run()
@@ -126,4 +129,8 @@ def _initialize_ros() -> None:
     try:
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     except rclpy_implementation.RCLError as error:
-        raise ConfigError(f"ROS does not start: {' '.join(str(error).split())}") from None
+        # Without the places in the sources of rcl.
+        reason = re.sub(r", at \S+:\d+", "", " ".join(str(error).split()))
+        raise ConfigError(
+            f"ROS does not start: {reason.removeprefix('failed to initialize rcl: ')}"
+        ) from None

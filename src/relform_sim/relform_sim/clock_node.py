@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from functools import partial
 
 import rclpy
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.task import Future
@@ -21,13 +20,14 @@ from relform_ros.conversions import done_from_msg
 from relform_ros.diagnostics import diagnostics_to_msg, is_due
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
-from relform_ros.member import DISCOVERY_POLL_S
-from relform_ros.parameters import read_observers, read_scenario
+from relform_ros.member import DISCOVERY_POLL_S, check_name, configuration_of
+from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.run_node import Spinner, run_node
-from relform_ros.topics import CLOCK, DIAGNOSTICS, members, step_done_topic, topic_table
+from relform_ros.topics import CLOCK, CLOCK_NODE, DIAGNOSTICS, members, step_done_topic, topic_table
 
 ANSWER_S = 1.0
 """How long a node may take to answer when the clock asks whether it is there at all."""
+START_TIMEOUT = "Wall time that all members may take until they are ready [s]."
 EXIT_CODES = {SilentNodeError: 2, VehicleFaultError: 3}
 
 
@@ -35,9 +35,11 @@ class ClockServer:
     """Ticks when all members have finished the step before."""
 
     def __init__(self, node: Node, spinner: Spinner) -> None:
-        config = read_scenario(node).config
+        scenario = read_scenario(node)
+        config = scenario.config
         observers = read_observers(node)
         self._name = node.get_fully_qualified_name()
+        check_name(self._name, (CLOCK_NODE,))
         self._node = node
         self._spinner = spinner
         self._config = config
@@ -47,9 +49,10 @@ class ClockServer:
         self._barrier = Barrier(
             members(config.team, ()),
             observers,
+            configuration=configuration_of(scenario, observers),
             n_steps=config.n_steps,
             period=config.controller.period,
-            start_timeout=_read_start_timeout(node),
+            start_timeout=read_only(node, "start_timeout_s", 60.0, START_TIMEOUT, (0.1, 3600.0)),
             step_timeout=config.lockstep.step_timeout,
             now=time.monotonic,
         )
@@ -58,6 +61,7 @@ class ClockServer:
         """Tick until the flight is over.
 
         Raises:
+            DisagreementError: a member flies something else.
             SilentNodeError: a member did not finish a step in time.
             VehicleFaultError: a member reported a fault.
             StopRequestedError: by a signal.
@@ -97,13 +101,6 @@ class ClockServer:
 
     def _on_step_done(self, member: str, msg: StepDone) -> None:
         self._barrier.add(done_from_msg(msg, member))
-
-
-def _read_start_timeout(node: Node) -> float:
-    description = "Wall time that all members may take until they are ready [s]."
-    bounds = FloatingPointRange(from_value=0.1, to_value=3600.0)
-    descriptor = ParameterDescriptor(description=description, read_only=True, floating_point_range=[bounds])
-    return float(node.declare_parameter("start_timeout_s", 60.0, descriptor).value)
 
 
 def main() -> int:

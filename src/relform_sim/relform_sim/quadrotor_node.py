@@ -10,10 +10,13 @@ from rclpy.node import Node
 from relform_core.errors import ConfigError
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.scenario_config import TeamConfig
+from relform_core.tuning import vehicle_tuning
 from relform_msgs.msg import FormationEvent
 from relform_msgs.msg import RotorSpeeds as RotorSpeedsMsg
 from relform_ros import conversions
+from relform_ros.events import parameters_to_msg
 from relform_ros.fields import header_to_msg
+from relform_ros.live_parameters import LiveParameters
 from relform_ros.lockstep import StepInbox
 from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
@@ -32,6 +35,7 @@ class Quadrotor:
         self._name = _vehicle_name(node, config.team)
         self._period_ns = config.period_ns
         self._vehicle = Vehicle(config, scenario.seed, self._name)
+        self._parameters = LiveParameters(node, vehicle_tuning(scenario))
         self._truth_topics = {name: vehicle_topic(name, "ground_truth") for name in config.team.vehicles}
         self._command_topic = vehicle_topic(self._name, "rotor_speeds")
         self._others = [name for name in config.team.vehicles if name != self._name]
@@ -39,7 +43,7 @@ class Quadrotor:
             (self._truth_topics[name] for name in self._others), self._period_ns
         )
         self._commands = StepInbox[RotorCommand]([self._command_topic], self._period_ns)
-        self._member = LockstepMember(node, spinner, config, read_observers(node))
+        self._member = LockstepMember(node, spinner, scenario, read_observers(node))
         self._member.report = lambda: vars(self._vehicle.counts)
         self._member.endpoints.subscribe(self._command_topic, self._on_command)
         for name in self._others:
@@ -52,6 +56,7 @@ class Quadrotor:
             StopRequestedError: by a signal.
         """
         for step in self._member.steps():
+            self._apply_parameters(step)
             truth = self._vehicle.advance(step, self._command(step - 1))
             self._publish("ground_truth", conversions.odometry_to_msg(truth, self._name))
             ground_truth = self._others_truth(step) | {self._name: truth}
@@ -60,6 +65,11 @@ class Quadrotor:
             if fault:
                 self._publish_fault(step, fault)
             self._member.done(step, fault)
+
+    def _apply_parameters(self, step: int) -> None:
+        if changes := self._parameters.take():
+            self._vehicle.set_limits(self._parameters.tuning.config)
+            self._member.publish(EVENTS, parameters_to_msg(step, self._period_ns, self._name, changes))
 
     def _command(self, step: int) -> RotorCommand | None:
         """The command of a step, when it is known whether there is one."""

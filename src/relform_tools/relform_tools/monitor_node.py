@@ -45,7 +45,7 @@ class Monitor:
         self._on_step = on_step
         self._began = self._now = 0.0
         self._messages: list[tuple[str, bytes]] = []
-        self._member = LockstepMember(node, spinner, scenario.config, observers)
+        self._member = LockstepMember(node, spinner, scenario, observers)
         endpoints = self._member.endpoints
         self._types = {
             topic.name: topic.type for topic in endpoints.readable if FlightLogBuilder.needs(topic.name)

@@ -33,9 +33,8 @@ class FlightRecorder:
         self._output = read_output(node)
         self._limits = read_limits(node)
         self._chosen = read_topics(node)
-        config = self._scenario.config
-        self._period_ns = config.period_ns
-        self._member = LockstepMember(node, spinner, config, observers)
+        self._period_ns = self._scenario.config.period_ns
+        self._member = LockstepMember(node, spinner, self._scenario, observers)
 
     def run(self) -> None:
         """Record to the end of the flight.

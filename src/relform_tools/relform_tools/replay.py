@@ -13,8 +13,10 @@ import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from relform_controller.formation_controller import FormationController
+from relform_controller.tuning import ControllerTuning
 from relform_core.load import LoadedScenario
 from relform_core.measurements import RotorCommand, TeamMeasurements
+from relform_core.tuning import Value
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 Floats = npt.NDArray[np.float64]
@@ -28,6 +30,8 @@ class RecordedStep:
     measurements: TeamMeasurements
     formation: Formation | None
     """Accepted by the controller before this step."""
+    parameters: Mapping[str, Value]
+    """Likewise; other than the formation."""
     sqp_steps: int
     commands: Mapping[str, RotorCommand]
     """By vehicle."""
@@ -79,8 +83,8 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
     """Feed what was recorded to a new controller.
 
     Args:
-        flight: the recording. The formations that were set by hand are set again, and a controller with the
-            recorded configuration takes the recorded number of SQP steps.
+        flight: the recording. The formations and weights that were set in flight are set again, and a
+            controller with the recorded configuration takes the recorded number of SQP steps.
         scenario: for the controller; its team must be that of the recording.
     Raises:
         FlightError: the first measurements do not suffice to start.
@@ -90,9 +94,13 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
     impose_steps = scenario.config.controller == flight.scenario.config.controller
     with threadpool_limits(limits=1, user_api="blas"):  # as in the leader node: else the last digits differ
         controller = FormationController(scenario.config)
+        tuning = ControllerTuning.from_scenario(scenario)
         for step in flight.steps:
             if step.formation is not None:
                 controller.set_formation(step.formation)
+            if step.parameters:
+                tuning = tuning.changed(step.parameters)
+                controller.set_weights(tuning.weights)
             decision = controller.step(step.measurements, step.sqp_steps if impose_steps else None)
             replayed.append([decision.commands[vehicle].speeds for vehicle in vehicles])
             plans_equal &= all(

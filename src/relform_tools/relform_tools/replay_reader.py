@@ -11,8 +11,9 @@ from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_msgs.msg import FormationEvent
 from relform_ros.conversions import rotor_command_from_msg
+from relform_ros.events import parameters_from_msg
 from relform_ros.sensors import SENSORS, sensors_of
-from relform_ros.topics import EVENTS, vehicle_topic
+from relform_ros.topics import CONTROLLER_NODE, EVENTS, vehicle_topic
 from relform_tools.bag_reader import BagAttachment, BagMessage, find_bag, read_bag
 from relform_tools.bag_types import message_class
 from relform_tools.bag_writer import CONFIG_ATTACHMENT
@@ -64,6 +65,11 @@ def _steps(
         for event in events
         if event.kind == FormationEvent.SET_FORMATION
     }
+    parameters = {
+        event.step: parameters_from_msg(event)
+        for event in events
+        if event.kind == FormationEvent.SET_PARAMETERS and event.source == CONTROLLER_NODE
+    }
     decided = {event.step: event for event in events if event.kind == FormationEvent.STEP}
     steps: list[RecordedStep] = []
     for step in range(len(decided)):
@@ -89,7 +95,15 @@ def _steps(
                 return tuple(steps)
             commands[vehicle] = rotor_command_from_msg(_deserialized(message), vehicle)
         measurements = TeamMeasurements(step, stamp_ns, given)
-        steps.append(RecordedStep(measurements, formations.get(step), decided[step].sqp_steps, commands))
+        steps.append(
+            RecordedStep(
+                measurements,
+                formations.get(step),
+                parameters.get(step, {}),
+                decided[step].sqp_steps,
+                commands,
+            )
+        )
     return tuple(steps)
 
 

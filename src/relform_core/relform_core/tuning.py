@@ -1,0 +1,134 @@
+"""Values of the configuration that may be changed in flight, in the keys, units and bounds of its files."""
+
+import copy
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, Self, TypeVar
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import to_json
+
+from relform_core.errors import ConfigError
+from relform_core.explain import Origins, explain
+from relform_core.load import LoadedScenario
+from relform_core.schema import Schema
+from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
+
+Value = float | tuple[float, ...]
+
+S = TypeVar("S", bound=Schema)
+
+
+@dataclass(frozen=True)
+class Tunable:
+    """What there is to say about one value."""
+
+    description: str
+    lowest: float = -math.inf
+    highest: float = math.inf
+    constraint: str = ""
+    """What else must hold, in words."""
+
+    @property
+    def bounded(self) -> bool:
+        """Whether there is a bound in numbers."""
+        return self.lowest > -math.inf or self.highest < math.inf
+
+
+class Tuning(Protocol):
+    """Values that may be changed in flight, some or all at once; immutable."""
+
+    @property
+    def tunables(self) -> Mapping[str, Tunable]:
+        """What can be changed, by dotted key."""
+
+    @property
+    def values(self) -> Mapping[str, Value]:
+        """What holds now, by dotted key."""
+
+    def changed(self, changes: Mapping[str, Value]) -> Self:
+        """All the same but for these values.
+
+        Raises:
+            ConfigError: one line: a key, what it must be, what it is.
+        """
+
+
+class SectionTuning(Generic[S]):
+    """Some numbers of a section of the configuration, such as ``weights.formation_per_m2`` of a controller.
+
+    Args:
+        schema: of the section.
+        written: the section as its file has it.
+        keys: dotted, of what may be changed.
+    """
+
+    def __init__(self, schema: type[S], written: Mapping[str, Any], keys: Iterable[str]) -> None:
+        self._schema = schema
+        self._written = written
+        self.tunables: Mapping[str, Tunable] = {key: _tunable(schema, key) for key in keys}
+        try:
+            self.config = schema.model_validate_json(to_json(written, inf_nan_mode="constants"))
+        except ValidationError as error:
+            raise ConfigError("; ".join(explain(error, written, Origins("")).splitlines())) from None
+        self.values: Mapping[str, Value] = {key: float(_get(written, key)) for key in self.tunables}
+
+    def changed(self, changes: Mapping[str, Value]) -> "SectionTuning[S]":
+        """The same section with other values.
+
+        Raises:
+            ConfigError: one line: a key, what it must be, what it is.
+        """
+        written = copy.deepcopy(dict(self._written))
+        for key, value in changes.items():
+            if key not in self.tunables:
+                raise ConfigError(f"{key}: cannot be changed in flight")
+            *parents, last = key.split(".")
+            _get(written, ".".join(parents))[last] = value
+        return SectionTuning(self._schema, written, self.tunables)
+
+
+def section_keys(prefix: str, schema: type[Schema]) -> tuple[str, ...]:
+    """Dotted keys of all values of a section."""
+    return tuple(f"{prefix}.{field.alias or name}" for name, field in schema.model_fields.items())
+
+
+def vehicle_tuning(scenario: LoadedScenario) -> SectionTuning[VehicleConfig]:
+    """What may be changed on a vehicle in flight: the limits of its failsafe, and the one of its tilt."""
+    keys = ("tilt_max_deg", *section_keys("failsafe", FailsafeConfig))
+    return SectionTuning(VehicleConfig, scenario.written["vehicle"], keys)
+
+
+def _get(written: Mapping[str, Any], key: str) -> Any:
+    value: Any = written
+    for part in filter(None, key.split(".")):
+        value = value[part]
+    return value
+
+
+def _tunable(schema: type[Schema], key: str) -> Tunable:
+    *parents, last = key.split(".")
+    for parent in parents:
+        section = _field(schema, parent).annotation
+        assert isinstance(section, type)
+        assert issubclass(section, Schema)
+        schema = section
+    field = _field(schema, last)
+    bounds: dict[str, float] = {}
+    for constraint in field.metadata:
+        bounds |= {
+            name: getattr(constraint, name) for name in ("gt", "ge", "lt", "le") if hasattr(constraint, name)
+        }
+    words = {"gt": "greater than", "lt": "less than"}
+    return Tunable(
+        description=" ".join((field.description or "").split()),
+        lowest=max(bounds.get("gt", -math.inf), bounds.get("ge", -math.inf)),
+        highest=min(bounds.get("lt", math.inf), bounds.get("le", math.inf)),
+        constraint=", ".join(f"{words[name]} {bound:g}" for name, bound in bounds.items() if name in words),
+    )
+
+
+def _field(schema: type[Schema], key: str) -> FieldInfo:
+    return next(field for name, field in schema.model_fields.items() if key in (field.alias, name))

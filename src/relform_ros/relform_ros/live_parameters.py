@@ -1,0 +1,135 @@
+"""Parameters that may be changed in flight: accepted at any time, applied by the node between two steps."""
+
+import sys
+from collections.abc import Iterable, Mapping
+from typing import Any, Generic, TypeVar
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from relform_core.errors import ConfigError
+from relform_core.tuning import Tunable, Tuning, Value
+from relform_ros.parameters import declare, doubles
+
+T = TypeVar("T", bound=Tuning)
+
+
+class LiveParameters(Generic[T]):
+    """The values of a ``Tuning`` as parameters of a node.
+
+    What is accepted is what the parameters tell from then on; nothing else happens before ``take``.
+
+    Args:
+        tuning: what there is to change; what the node was started with counts as the first change.
+    Raises:
+        ConfigError: one line: the node was started with a value that cannot be used.
+    """
+
+    def __init__(self, node: Node, tuning: T) -> None:
+        self.tuning = tuning
+        """As accepted so far."""
+        self._node = node
+        self._accepted: dict[str, Value] = {}
+        self._closed = False
+        self._showing = False
+        given = {
+            key: _value(declare(node, key, _ros_value(value), _descriptor(tuning.tunables[key])))
+            for key, value in tuning.values.items()
+        }
+        self._accept({key: value for key, value in given.items() if value != tuning.values[key]})
+        node.add_pre_set_parameters_callback(self._before_set)
+        node.add_on_set_parameters_callback(self._on_set)
+        node.add_post_set_parameters_callback(self._on_was_set)
+
+    def take(self) -> Mapping[str, Value]:
+        """What was accepted since the last time; to be applied now."""
+        accepted, self._accepted = self._accepted, {}
+        return accepted
+
+    def change(self, changes: Mapping[str, Value]) -> None:
+        """Accept changes that did not come by the parameter services.
+
+        Raises:
+            ConfigError: one line: a key, what it must be, what it is.
+        """
+        self._check_open()
+        self._accept(changes)
+        self._show(changes)
+
+    def follow(self, values: Mapping[str, Value]) -> None:
+        """Let the parameters tell what holds now for another reason; there is nothing to apply."""
+        changes = {key: value for key, value in values.items() if value != self.tuning.values[key]}
+        if changes:
+            self.tuning = self.tuning.changed(changes)
+            self._show(changes)
+
+    def close(self) -> None:
+        """Refuse what comes from now on: nothing would apply it."""
+        self._closed = True
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise ConfigError("the flight is over")
+
+    def _accept(self, changes: Mapping[str, Value]) -> None:
+        self.tuning = self.tuning.changed(changes)
+        self._accepted |= changes
+
+    def _show(self, values: Mapping[str, Value]) -> None:
+        self._showing = True
+        try:
+            self._node.set_parameters_atomically(
+                [Parameter(key, value=_ros_value(value)) for key, value in values.items()]
+            )
+        finally:
+            self._showing = False
+
+    def _own(self, parameters: Iterable[Parameter]) -> dict[str, Value]:
+        return {each.name: _value(each.value) for each in parameters if each.name in self.tuning.tunables}
+
+    # rclpy lets a change be amended, checks it, asks, and tells when all have agreed: it is whole or is none.
+
+    def _before_set(self, parameters: list[Parameter]) -> list[Parameter]:
+        return [
+            Parameter(each.name, value=doubles(each.value)) if each.name in self.tuning.tunables else each
+            for each in parameters
+        ]
+
+    def _on_set(self, parameters: list[Parameter]) -> SetParametersResult:
+        changes = self._own(parameters)
+        if changes and not self._showing:
+            try:
+                self._check_open()
+                self.tuning.changed(changes)
+            except ConfigError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _on_was_set(self, parameters: list[Parameter]) -> None:
+        changes = self._own(parameters)
+        if changes and not self._showing:
+            self._accept(changes)
+
+
+def _descriptor(tunable: Tunable) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(
+        description=tunable.description, additional_constraints=tunable.constraint
+    )
+    if tunable.bounded:
+        # One-sided ranges do not exist in ROS.
+        greatest = sys.float_info.max
+        descriptor.floating_point_range = [
+            FloatingPointRange(
+                from_value=max(tunable.lowest, -greatest), to_value=min(tunable.highest, greatest)
+            )
+        ]
+    return descriptor
+
+
+def _ros_value(value: Value) -> float | list[float]:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _value(value: Any) -> Value:
+    return value if isinstance(value, float) else tuple(value)

@@ -1,0 +1,347 @@
+"""Parameters of real nodes: given at the start, changed in flight, recorded, replayed."""
+
+import signal
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import domain_coordinator
+import pytest
+import yaml
+from rcl_interfaces.msg import Parameter as ParameterMsg
+from rcl_interfaces.msg import ParameterDescriptor, ParameterType
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.serialization import deserialize_message
+
+from relform_msgs.msg import FormationEvent, FormationReference, StepDone
+from relform_ros.events import parameters_from_msg
+from relform_ros.qos import LATCHED
+from relform_ros.topics import CONTROLLER_NODE, EVENTS, RECORDER_NODE, REFERENCE, vehicle_node
+from relform_tools.bag_reader import BagMessage, find_bag, read_bag
+from relform_tools.replay import replay
+from relform_tools.replay_reader import read_recorded_flight
+from support.nodes import HOVER, Nodes, short
+from support.observer import Observer
+from support.scenarios import paper_scenario
+
+VEHICLES = ("leader", "follower_1", "follower_2")
+FOLLOWER = vehicle_node("follower_1")
+TWO_PHASES = "phases=[{{{}, formation: initial, {}}}, {{{}, formation: wide, {}}}]".format(
+    "name: A, title: narrow, duration_s: 6.0, steady_from_s: 0.0",
+    f"motion: {HOVER}",
+    "name: B, title: wide, duration_s: 3.0, steady_from_s: 0.0",
+    f"motion: {HOVER}",
+)
+FORMATION = "formation.follower_1"
+WEIGHT = "weights.formation_per_m2"
+
+
+class Client:
+    """Asks the parameter services of one node, as ``ros2 param`` does."""
+
+    def __init__(self, observer: Observer, node: str) -> None:
+        self._observer = observer
+        self._node = node
+
+    def set(self, parameters: Mapping[str, Any]) -> list[str]:
+        """One after the other: why each was refused; empty: it was not."""
+        request = SetParameters.Request(parameters=_messages(parameters))
+        response = self._call(SetParameters, "set_parameters", request)
+        assert all(result.successful == (not result.reason) for result in response.results)
+        return [result.reason for result in response.results]
+
+    def set_at_once(self, parameters: Mapping[str, Any]) -> str:
+        request = SetParametersAtomically.Request(parameters=_messages(parameters))
+        result = self._call(SetParametersAtomically, "set_parameters_atomically", request).result
+        assert result.successful == (not result.reason)
+        return str(result.reason)
+
+    def get(self, *names: str) -> list[Any]:
+        response = self._call(GetParameters, "get_parameters", GetParameters.Request(names=names))
+        return [parameter_value_to_python(value) for value in response.values]
+
+    def dump(self) -> dict[str, Any]:
+        """All parameters."""
+        names = self._call(ListParameters, "list_parameters", ListParameters.Request()).result.names
+        return dict(zip(names, self.get(*names), strict=True))
+
+    def describe(self, *names: str) -> list[ParameterDescriptor]:
+        request = DescribeParameters.Request(names=names)
+        return list(self._call(DescribeParameters, "describe_parameters", request).descriptors)
+
+    def _call(self, type_: Any, service: str, request: Any) -> Any:
+        return self._observer.call(type_, f"{self._node}/{service}", request)
+
+
+def _messages(parameters: Mapping[str, Any]) -> list[ParameterMsg]:
+    return [Parameter(name, value=value).to_parameter_msg() for name, value in parameters.items()]
+
+
+class ChangedFlight:
+    """A recorded flight of two phases in which parameters were changed; what was said and seen."""
+
+    def __init__(self, folder: Path) -> None:
+        self.scenario = paper_scenario(TWO_PHASES, seed=2)
+        with domain_coordinator.domain_id() as domain, Observer.running(domain) as observer:
+            self.references = observer.collect(FormationReference, REFERENCE)
+            with Nodes(self.scenario, folder, domain, observers=[RECORDER_NODE]) as nodes:
+                self._fly(observer, nodes, folder)
+                self.ends = {name: nodes.end(name) for name in nodes.processes}
+        self.recorded = read_recorded_flight(folder)
+        self.events = recorded_events(folder)
+
+    def _fly(self, observer: Observer, nodes: Nodes, folder: Path) -> None:
+        ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
+        controller, follower = Client(observer, CONTROLLER_NODE), Client(observer, FOLLOWER)
+        for name in VEHICLES:
+            nodes.start(name)
+        nodes.start("controller", "weights.torque_per_n2_m2:=12")  # an integer, as people write it
+        nodes.start("recorder", f"output:={folder / 'bag'}")
+        self.described = controller.describe(WEIGHT, FORMATION, "scenario", "observers")
+        self.described += follower.describe("tilt_max_deg", "failsafe.plan_max_s")
+        self.at_start = controller.get(WEIGHT, FORMATION, "weights.torque_per_n2_m2")
+        clock = nodes.start("clock")
+        observer.until(lambda: bool(ticks) and ticks[-1].step > 20)
+        clock.send_signal(signal.SIGSTOP)  # the others wait for its tick, and answer
+
+        names = (WEIGHT, FORMATION, "weights.terminal_scale")
+        before = controller.get(*names)
+        place = [-1.25, -0.75, 0.25]
+        self.refusal = controller.set_at_once({FORMATION: place, "weights.terminal_scale": 3.0, WEIGHT: 0.0})
+        self.refusals = controller.set({WEIGHT: -2.0, FORMATION: [-1.0, 0.5, -0.4], "scenario": "x"})
+        self.refusals += follower.set(
+            {"tilt_max_deg": 181.0, "observers": ["/x"], "failsafe.plan_max_s": "x"}
+        )
+        self.untouched = controller.get(*names) == before
+        self.accepted = [
+            controller.set_at_once({WEIGHT: 30.0, FORMATION: place, "weights.terminal_scale": 5})
+        ]
+        self.accepted += follower.set({"tilt_max_deg": 70.0})
+        self.in_phase_a = controller.get(*names)
+
+        clock.send_signal(signal.SIGCONT)
+        observer.until(lambda: ticks[-1].step > 60)  # in full flight, at a step that chance decides
+        self.accepted += controller.set({"weights.leader_yaw_per_rad2": 4.0, WEIGHT: 8.0})
+        observer.until(lambda: bool(self.references) and self.references[-1].phase == "B")
+        self.in_phase_b = controller.get(*names)
+
+
+def recorded_events(folder: Path) -> list[FormationEvent]:
+    """Other events than that a step was computed."""
+    events = [
+        deserialize_message(entry.data, FormationEvent)
+        for entry in read_bag(find_bag(folder))
+        if isinstance(entry, BagMessage) and entry.topic == EVENTS
+    ]
+    return [event for event in events if event.kind != FormationEvent.STEP]
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> ChangedFlight:
+    return ChangedFlight(tmp_path_factory.mktemp("changed"))
+
+
+def test_parameters_say_what_they_are(flown: ChangedFlight) -> None:
+    weight, formation, _, _, tilt, plan = flown.described
+    assert weight.type == plan.type == ParameterType.PARAMETER_DOUBLE
+    assert formation.type == ParameterType.PARAMETER_DOUBLE_ARRAY
+    assert [each.read_only for each in flown.described] == [False, False, True, True, False, False]
+    assert all(each.description for each in flown.described)
+    (bounds,) = tilt.floating_point_range
+    assert (bounds.from_value, bounds.to_value) == (0.0, 180.0)
+    assert weight.additional_constraints == "greater than 0"
+
+
+def test_what_a_node_was_started_with_holds_from_the_first_step_on(flown: ChangedFlight) -> None:
+    assert flown.at_start == [10.0, [-1.0, -0.5, -0.5], 12.0]
+    first = flown.events[0]
+    assert (first.step, first.source) == (0, CONTROLLER_NODE)
+    assert parameters_from_msg(first) == {"weights.torque_per_n2_m2": 12.0}
+
+
+def test_refusals_name_key_value_and_bound(flown: ChangedFlight) -> None:
+    assert flown.refusal == f"{WEIGHT}: must be greater than 0 (got 0.0)"
+    negative, near, read_only, tilt, observers, text = flown.refusals
+    for part in (WEIGHT, "-2.0", "Min: 0.0"):
+        assert part in negative
+    assert near.startswith("formation is impossible: 'follower_1' and 'follower_2' are 0.100 m apart")
+    assert "read-only" in read_only
+    assert "scenario" in read_only
+    for part in ("tilt_max_deg", "181.0", "Max: 180.0"):
+        assert part in tilt
+    assert "observers" in observers
+    assert "DOUBLE" in text
+
+
+def test_of_a_change_with_one_bad_value_nothing_happens(flown: ChangedFlight) -> None:
+    assert flown.untouched
+    assert all(event.step > 20 for event in flown.events[1:])
+
+
+def test_changes_are_events_of_the_step_from_which_they_hold(flown: ChangedFlight) -> None:
+    assert set(flown.accepted) == {""}
+    changes = [
+        (event.source, parameters_from_msg(event), [place.target_id for place in event.formation])
+        for event in flown.events[1:]
+    ]
+    both = list(VEHICLES[1:])
+    at_once = flown.events[1:4]
+    assert sorted(changes[:3], key=str) == [
+        (CONTROLLER_NODE, {WEIGHT: 30.0, "weights.terminal_scale": 5.0}, []),
+        (CONTROLLER_NODE, {}, both),
+        ("follower_1", {"tilt_max_deg": 70.0}, []),
+    ]
+    (step,) = {event.step for event in at_once if event.source == CONTROLLER_NODE}
+    assert 20 < step < 60
+    later: dict[str, float] = {}
+    for _, values, _ in changes[3:]:  # together, or a step apart
+        later |= values
+    assert later == {"weights.leader_yaw_per_rad2": 4.0, WEIGHT: 8.0}
+    for reference in flown.references:
+        if reference.phase == "A":
+            expected = (-1.0, -0.5, -0.5) if reference.step < step else (-1.25, -0.75, 0.25)
+            place = reference.formation[0].position
+            assert (place.x, place.y, place.z) == expected, reference.step
+
+
+def test_the_formation_is_that_of_the_scenario_when_its_phase_has_changed(flown: ChangedFlight) -> None:
+    assert flown.in_phase_a == [30.0, [-1.25, -0.75, 0.25], 5.0]
+    assert flown.in_phase_b == [8.0, [-1.0, -0.75, -0.5], 5.0]
+
+
+def test_nobody_complains(flown: ChangedFlight) -> None:
+    assert set(flown.ends.values()) == {(0, "")}
+
+
+def test_a_replay_imposes_the_changes_and_finds_every_command_again(flown: ChangedFlight) -> None:
+    assert len(flown.recorded.steps) == flown.scenario.config.n_steps
+    assert replay(flown.recorded, flown.recorded.scenario).identical
+
+
+def test_without_one_of_the_changes_it_does_not(flown: ChangedFlight) -> None:
+    steps = [
+        replace(step, parameters={}) if step.measurements.step else step for step in flown.recorded.steps
+    ]
+    changed = replay(replace(flown.recorded, steps=tuple(steps)), flown.recorded.scenario)
+    assert changed.first_difference == min(
+        event.step for event in flown.events[1:] if event.kind == FormationEvent.SET_FORMATION
+    )
+
+
+def test_parameters_dumped_from_a_node_can_be_given_to_it(tmp_path: Path) -> None:
+    """As ``ros2 param dump`` writes them: every parameter, under the full name of the node."""
+    scenario = paper_scenario(short(600.0))
+    values: list[dict[str, Any]] = []
+    given = ["-p", "formation.follower_2:=[-1.0, 0.5, 1.0]", "-p", f"{WEIGHT}:=3.25"]
+    for _ in range(2):
+        with (
+            domain_coordinator.domain_id() as domain,
+            Observer.running(domain) as observer,
+            Nodes(scenario, tmp_path, domain) as nodes,
+        ):
+            nodes.start("controller", arguments=given)
+            values.append(Client(observer, CONTROLLER_NODE).dump())
+        file = tmp_path / "dump.yaml"
+        file.write_text(yaml.dump({CONTROLLER_NODE: {"ros__parameters": values[-1]}}))
+        given = ["--params-file", str(file)]
+    assert values[0] == values[1]
+    assert values[0][WEIGHT] == 3.25
+    assert values[0]["formation.follower_2"] == [-1.0, 0.5, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "error"),
+    [
+        (
+            "controller",
+            ["-p", f"{WEIGHT}:=heavy"],
+            f"parameter {WEIGHT} must be of type DOUBLE, as in 1.0 (got 'heavy', STRING)",
+        ),
+        ("controller", ["-p", f"{WEIGHT}:=-1"], f"parameter {WEIGHT} must be between 0 and 1e+06 (got -1.0)"),
+        (
+            "leader",
+            ["-p", "failsafe.descent_speed_m_s:=0"],
+            "failsafe.descent_speed_m_s: must be greater than 0",
+        ),
+        (
+            "clock",
+            ["-p", "start_timeout_s:=0"],
+            "parameter start_timeout_s must be between 0.1 and 3600 (got 0",
+        ),
+        (
+            "clock",
+            ["-r", "__node:=watch"],
+            "the others know no such node, but /sim/clock: leave -r __node:= away",
+        ),
+    ],
+    ids=["type", "bound", "exclusive", "read-only", "name"],
+)
+def test_what_a_node_cannot_start_with_is_one_line(
+    name: str, arguments: list[str], error: str, tmp_path: Path
+) -> None:
+    with domain_coordinator.domain_id() as domain, Nodes(paper_scenario(), tmp_path, domain) as nodes:
+        nodes.start(name, arguments=arguments)
+        code, errors = nodes.end(name)
+    (line,) = errors.splitlines()
+    assert code == 1
+    assert f": {error}" in line
+
+
+def test_one_file_for_all_nodes_and_what_a_node_does_not_know_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "nodes.yaml"
+    own = {WEIGHT: 11, "weights.formation": 3.0, "use_sim_time": True}
+    file.write_text(
+        yaml.dump(
+            {
+                "/**": {"ros__parameters": {"failsafe": {"plan_max_s": 0.5}, "use_sim_time": True}},
+                CONTROLLER_NODE: {"ros__parameters": own},
+                "/*/quadrotor": {"ros__parameters": {"tilt_max_deg": 80.0}},
+            }
+        )
+    )
+    with (
+        domain_coordinator.domain_id() as domain,
+        Observer.running(domain) as observer,
+        Nodes(paper_scenario(short(2.0)), tmp_path, domain) as nodes,
+    ):
+        for name in (*VEHICLES, "controller"):
+            nodes.start(name, arguments=["--params-file", str(file)])
+        assert Client(observer, FOLLOWER).get("tilt_max_deg", "failsafe.plan_max_s") == [80.0, 0.5]
+        assert Client(observer, CONTROLLER_NODE).get(WEIGHT) == [11.0]
+        nodes.start("clock")
+        ends = {name: nodes.end(name) for name in nodes.processes}
+    warning = "/formation/controller: warning: unknown parameter"
+    assert ends.pop("controller") == (
+        0,
+        f"{warning} failsafe.plan_max_s is ignored\n"
+        f"{warning} weights.formation is ignored; did you mean {WEIGHT}?\n",
+    )
+    assert set(ends.values()) == {(0, "")}
+
+
+def test_who_flies_another_configuration_is_named(tmp_path: Path) -> None:
+    scenario, other = (paper_scenario(short(2.0), seed=seed) for seed in (1, 2))
+    (tmp_path / "other").mkdir()
+    with (
+        domain_coordinator.domain_id() as domain,
+        Nodes(scenario, tmp_path, domain) as nodes,
+        Nodes(other, tmp_path / "other", domain) as others,
+    ):
+        for name in ("leader", "follower_1", "controller", "clock"):
+            nodes.start(name)
+        others.start("follower_2")
+        code, errors = nodes.end("clock")
+    assert code == 1
+    assert errors == (
+        "/sim/clock: /follower_2/quadrotor flies another configuration "
+        f"({other.fingerprint} instead of {scenario.fingerprint}): "
+        "start all nodes with the same scenario file and observers\n"
+    )

@@ -1,0 +1,61 @@
+"""A node of the test among the nodes of a flight."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Self
+
+import rclpy
+from rclpy.client import Client
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from relform_ros.qos import LOCKSTEP
+
+
+class Observer:
+    """Reads topics and calls services in one domain."""
+
+    def __init__(self, domain_id: int) -> None:
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain_id)
+        self.node: Node = rclpy.create_node("observer", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._clients: dict[str, Client] = {}
+
+    @classmethod
+    @contextmanager
+    def running(cls, domain_id: int) -> Iterator[Self]:
+        observer = cls(domain_id)
+        try:
+            yield observer
+        finally:
+            observer.close()
+
+    def collect(self, type_: Any, topic: str, qos: Any = LOCKSTEP) -> list[Any]:
+        """The messages of a topic, as they come in."""
+        messages: list[Any] = []
+        self.node.create_subscription(type_, topic, messages.append, qos)
+        return messages
+
+    def call(self, type_: Any, service: str, request: Any) -> Any:
+        """The answer of a service, for which it waits."""
+        client = self._clients.get(service) or self.node.create_client(type_, service)
+        self._clients[service] = client
+        self.until(client.service_is_ready)
+        future = client.call_async(request)
+        self.until(future.done)
+        return future.result()
+
+    def until(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            assert time.monotonic() < deadline, "waited in vain"
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
