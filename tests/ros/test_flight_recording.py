@@ -81,7 +81,7 @@ def test_every_message_at_its_step(recorded: tuple[LoadedScenario, Path]) -> Non
     for name in expected - {"/diagnostics"}:
         last = name.rpartition("/")[2]
         if last == "step_done":
-            assert steps[name] == [0, *everything]  # READY is sent at time 0
+            assert steps[name] == [0, 0, *everything]  # JOINED and READY are sent at time 0
         elif last in {"rotor_speeds", "state", "solver", "reference", "events"}:
             assert steps[name] == decided, name
         else:

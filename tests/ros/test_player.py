@@ -87,7 +87,7 @@ def player() -> Iterator[Start]:
 @pytest.mark.parametrize("rate", [0.2, 1.0, 5.0])
 def test_every_message_comes_once_in_order_and_on_time(rate: float) -> None:
     check = check_playback(SHORT_FLIGHT, rate)
-    assert len(check.expected) == 1160
+    assert len(check.expected) == 1164
     assert check.is_complete
     delay = check.delay
     assert delay.min() > -0.001, "none before its time"
