@@ -151,7 +151,7 @@ def _has_names(node: Node) -> bool:
 def glanced_at(arguments: Namespace) -> Iterator[Node]:
     """The graph for completers: nobody likes to wait after pressing Tab."""
     with graph_node(arguments) as node:
-        discover(node, Namespace(spin_time=None), quiet_s=0.3, longest_s=1.0)
+        discover(node, Namespace(spin_time=None), quiet_s=0.3)
         yield node
 
 
