@@ -13,7 +13,11 @@ MANIFESTS = {path.parent.name: ElementTree.parse(path).getroot() for path in SOU
 PYTHON_PACKAGES = sorted(path.parent.name for path in SOURCES.glob("*/setup.py"))
 
 # Whoever reads a bag has serialized messages to read.
-READERS_OF_BAGS = {"relform_tools.flight_reader", "relform_tools.replay_reader"}
+READERS_OF_BAGS = {
+    "relform_tools.flight_reader",
+    "relform_tools.pose_reader",
+    "relform_tools.replay_reader",
+}
 
 IMPORT_WITHOUT_ROS = """
 import importlib, sys
