@@ -36,11 +36,12 @@ def script(pytestconfig: pytest.Config) -> Path:
         if file.is_file():
             shutil.copy(file, folder)
     if not (folder / "node_modules/.package-lock.json").exists():
-        command = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"]
-        installing = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=100.0)
-        if installing.returncode != 0:
+        command = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=0"]
+        try:
+            subprocess.run(command, cwd=folder, capture_output=True, check=True, text=True, timeout=60.0)
+        except subprocess.SubprocessError as error:
             shutil.rmtree(folder)
-            pytest.skip(f"npm cannot install the readers: {installing.stderr.strip().splitlines()[-1]}")
+            pytest.skip(f"npm cannot install the readers: {error}")
     return folder / "read_bag.mjs"
 
 

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from relform_core.units import rpm_to_rad_s
-from relform_tools.flight_reader import load_attached_scenario
+from relform_tools.bag_limits import SplitLimits
+from relform_tools.bag_reader import BagAttachment, BagMessage, bag_files, read_bag
+from relform_tools.bag_writer import BagWriter
+from relform_tools.flight_reader import load_attached_scenario, read_flight_log
 from relform_tools.replay import replay
 from relform_tools.replay_command import DIFFERENT, EQUAL, TROUBLE, main
 from relform_tools.replay_reader import RecordedFlight, read_recorded_flight
@@ -57,6 +60,26 @@ def test_a_bag_cut_off_gives_the_steps_before(recorded: RecordedFlight, tmp_path
     whole = recorded.file.read_bytes()
     cut.write_bytes(whole[: len(whole) // 2])
     assert 0 < len(read_recorded_flight(cut).steps) < STEPS
+
+
+def test_a_split_bag_is_one_flight(recorded: RecordedFlight, tmp_path: Path) -> None:
+    folder = tmp_path / "run/bag"
+    entries = list(read_bag(SHORT_FLIGHT))
+    attachments = {entry.name: entry.text for entry in entries if isinstance(entry, BagAttachment)}
+    messages = [entry for entry in entries if isinstance(entry, BagMessage)]
+    with BagWriter(folder, attachments, SplitLimits(size=20_000)) as writer:
+        for topic, type_name in {entry.topic: entry.type_name for entry in messages}.items():
+            writer.add_topic(topic, type_name, [])
+        for entry in messages:
+            writer.write(entry.topic, entry.data, entry.log_time_ns, entry.publish_time_ns)
+    assert len(bag_files(folder)) > 3
+    split = read_recorded_flight(tmp_path / "run")
+    assert len(split.steps) == STEPS
+    replayed, expected_replay = (replay(flight, flight.scenario) for flight in (split, recorded))
+    np.testing.assert_array_equal(replayed.replayed, expected_replay.replayed)
+    log, expected = read_flight_log(folder), read_flight_log(SHORT_FLIGHT)
+    np.testing.assert_array_equal(log.p_NB_N, expected.p_NB_N)
+    np.testing.assert_array_equal(log.solver["kkt"], expected.solver["kkt"])
 
 
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
