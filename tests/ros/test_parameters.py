@@ -20,8 +20,9 @@ from rcl_interfaces.srv import (
 )
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock
 
-from relform_msgs.msg import FormationEvent, FormationReference, StepDone
+from relform_msgs.msg import FormationEvent, FormationReference, FormationState, StepDone
 from relform_ros.events import parameters_from_msg
 from relform_ros.qos import LATCHED
 from relform_ros.topics import CONTROLLER_NODE, EVENTS, RECORDER_NODE, REFERENCE, vehicle_node
@@ -295,7 +296,9 @@ def test_what_a_node_cannot_start_with_is_one_line(
     assert f": {error}" in line
 
 
-def test_one_file_for_all_nodes_and_what_a_node_does_not_know_is_named(tmp_path: Path) -> None:
+def test_one_file_for_all_nodes_other_topic_names_and_what_a_node_does_not_know_is_named(
+    tmp_path: Path,
+) -> None:
     file = tmp_path / "nodes.yaml"
     own = {WEIGHT: 11, "weights.formation": 3.0, "use_sim_time": True}
     file.write_text(
@@ -312,18 +315,24 @@ def test_one_file_for_all_nodes_and_what_a_node_does_not_know_is_named(tmp_path:
         Observer.running(domain) as observer,
         Nodes(paper_scenario(short(2.0)), tmp_path, domain) as nodes,
     ):
+        given = ["--params-file", str(file), "-r", "/clock:=/sim/time", "-r", "/formation/state:=/team/state"]
+        clocks = observer.collect(Clock, "/sim/time")
+        states = observer.collect(FormationState, "/team/state")
         for name in (*VEHICLES, "controller"):
-            nodes.start(name, arguments=["--params-file", str(file)])
+            nodes.start(name, arguments=given)
         assert Client(observer, FOLLOWER).get("tilt_max_deg", "failsafe.plan_max_s") == [80.0, 0.5]
         assert Client(observer, CONTROLLER_NODE).get(WEIGHT) == [11.0]
-        nodes.start("clock")
+        nodes.start("clock", arguments=given)
         ends = {name: nodes.end(name) for name in nodes.processes}
+        observer.until(lambda: bool(clocks) and bool(states))
     warning = "/formation/controller: warning: unknown parameter"
     assert ends.pop("controller") == (
         0,
         f"{warning} failsafe.plan_max_s is ignored\n"
         f"{warning} weights.formation is ignored; did you mean {WEIGHT}?\n",
     )
+    (clock_warning,) = ends.pop("clock")[1].splitlines()
+    assert clock_warning == "/sim/clock: warning: unknown parameter failsafe.plan_max_s is ignored"
     assert set(ends.values()) == {(0, "")}
 
 
