@@ -78,6 +78,15 @@ def test_who_flies_something_else_ends_the_run_at_once(barrier: Barrier) -> None
     )
 
 
+def test_who_joins_in_flight_does_not_end_it(barrier: Barrier) -> None:
+    fly(barrier, 3)
+    with pytest.raises(RejectionError) as error:
+        barrier.add(Done(FOLLOWER, JOINED, (), "", "another"))
+    assert error.value.reason is Reason.STALE
+    finish(barrier, *MEMBERS)
+    assert barrier.complete()
+
+
 def test_a_step_begins_when_all_have_finished_the_one_before(barrier: Barrier) -> None:
     assert barrier.step == READY
     for step in range(3):

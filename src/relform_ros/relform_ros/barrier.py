@@ -81,6 +81,8 @@ class Barrier:
         if done.node not in self._finished:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is no member of this barrier")
         if done.step == JOINED:
+            if self._step != READY:
+                raise RejectionError(Reason.STALE, f"{done.node} joins in step {self._step}")
             if done.configuration != self._configuration:
                 self._disagreement = (
                     f"{done.node} flies another configuration ({done.configuration} instead of "

@@ -34,6 +34,7 @@ class Quadrotor:
         config = scenario.config
         self._name = _vehicle_name(node, config.team)
         self._period_ns = config.period_ns
+        self._n_steps = config.n_steps
         self._vehicle = Vehicle(config, scenario.seed, self._name)
         self._parameters = LiveParameters(node, vehicle_tuning(scenario))
         self._truth_topics = {name: vehicle_topic(name, "ground_truth") for name in config.team.vehicles}
@@ -57,6 +58,8 @@ class Quadrotor:
         """
         for step in self._member.steps():
             self._apply_parameters(step)
+            if step == self._n_steps:
+                self._parameters.close()
             truth = self._vehicle.advance(step, self._command(step - 1))
             self._publish("ground_truth", conversions.odometry_to_msg(truth, self._name))
             ground_truth = self._others_truth(step) | {self._name: truth}
@@ -67,6 +70,7 @@ class Quadrotor:
             self._member.done(step, fault)
 
     def _apply_parameters(self, step: int) -> None:
+        """Take over what was changed since the last step, and tell those who record."""
         if changes := self._parameters.take():
             self._vehicle.set_limits(self._parameters.tuning.config)
             self._member.publish(EVENTS, parameters_to_msg(step, self._period_ns, self._name, changes))
