@@ -11,6 +11,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
 from relform_msgs.msg import FormationEvent, FormationReference, RelativePosition, RotorSpeeds, StepDone
@@ -24,7 +25,7 @@ from support.observer import Observer
 from support.scenarios import paper_scenario
 
 VEHICLES = ("leader", "follower_1", "follower_2")
-EXIT_SILENT, EXIT_INTERRUPTED = 2, 130
+EXIT_ERROR, EXIT_SILENT, EXIT_INTERRUPTED = 1, 2, 130
 
 
 @pytest.fixture
@@ -58,6 +59,32 @@ def test_who_is_not_there_is_named(tmp_path: Path, domain_id: int) -> None:
         code, errors = nodes.end("clock")
     assert code == EXIT_SILENT
     assert errors == "/sim/clock: not ready within 4 s: /follower_2/quadrotor\n"
+
+
+@pytest.mark.parametrize("name", ["follower_1", "clock"])
+def test_a_namesake_from_another_flight_is_named(name: str, tmp_path: Path, domain_id: int) -> None:
+    scenario, other = paper_scenario(short(0.5)), tmp_path / "other"
+    other.mkdir()
+    full_name = "/sim/clock" if name == "clock" else vehicle_node(name)
+    with Nodes(scenario, other, domain_id) as left_over, Nodes(scenario, tmp_path, domain_id) as nodes:
+        left_over.start(name)
+        for each in (*VEHICLES, "controller", "clock"):
+            nodes.start(each)
+        code, errors = nodes.end("clock")
+    assert code == EXIT_ERROR
+    assert errors == (
+        f"/sim/clock: more than one node is called {full_name}: stop what does not belong to this flight\n"
+    )
+
+
+def test_another_clock_is_named(tmp_path: Path, domain_id: int, observer: Observer) -> None:
+    observer.node.create_publisher(Clock, "/clock", LOCKSTEP)
+    with Nodes(paper_scenario(short(0.5)), tmp_path, domain_id) as nodes:
+        for each in (*VEHICLES, "controller", "clock"):
+            nodes.start(each)
+        code, errors = nodes.end("clock")
+    assert code == EXIT_ERROR
+    assert f"{observer.node.get_fully_qualified_name()} publishes /clock as well" in errors
 
 
 @pytest.mark.parametrize("name", ["follower_1", "controller"])

@@ -1,6 +1,7 @@
 """The publishers and subscriptions of one node, made from the table of topics."""
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -13,7 +14,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from relform_ros.raw import subscribe_raw
 from relform_ros.rejection import RejectionError, Rejections
-from relform_ros.topics import Topic
+from relform_ros.topics import CLOCK, Topic
 
 
 class Endpoints:
@@ -81,6 +82,24 @@ class Endpoints:
         writers = entry.writers if topic in self._subscriptions else ()
         readers = entry.readers if topic in self._publishers else ()
         return {*writers, *readers} - {self._name}
+
+    def intruders(self) -> list[str]:
+        """Who would be taken for a node of this table, a line each: its namesakes, and other clocks."""
+        writers = {
+            topic: Counter(_full_name(info) for info in self._node.get_publishers_info_by_topic(topic))
+            for topic in self._topics
+        }
+        namesakes = {
+            name
+            for topic, found in writers.items()
+            for name, count in found.items()
+            if count > 1 and name in self._topics[topic].writers
+        }
+        clocks = set(writers[CLOCK]) - set(self._topics[CLOCK].writers)
+        return [
+            *(f"more than one node is called {name}" for name in sorted(namesakes)),
+            *(f"{name} publishes {CLOCK} as well" for name in sorted(clocks)),
+        ]
 
     def wait_until_received(self, timeout_s: float) -> None:
         """Wait until the readers have all that this node has sent, but not longer than the timeout."""

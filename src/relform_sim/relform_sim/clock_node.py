@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
+from relform_core.errors import FlightError
 from relform_msgs.msg import StepDone
 from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
 from relform_ros.conversions import done_from_msg
@@ -61,6 +62,7 @@ class ClockServer:
         """Tick until the flight is over.
 
         Raises:
+            FlightError: somebody could be taken for a member.
             DisagreementError: a member flies something else.
             SilentNodeError: a member did not finish a step in time.
             VehicleFaultError: a member reported a fault.
@@ -77,6 +79,8 @@ class ClockServer:
         while not self._barrier.complete() or unmatched:
             self._spinner.once(DISCOVERY_POLL_S)
             unmatched = self._endpoints.unmatched(among=unmatched)
+        if intruders := self._endpoints.intruders():
+            raise FlightError(f"{'; '.join(intruders)}: stop what does not belong to this flight")
         while (step := self._barrier.advance()) <= self._config.n_steps:
             stamp_ns = step * self._config.period_ns
             self._endpoints.publish(CLOCK, Clock(clock=stamp_to_msg(stamp_ns)))
