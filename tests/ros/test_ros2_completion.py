@@ -1,12 +1,16 @@
 """Completions of the ros2 command in bash, as Tab asks for them."""
 
+import os
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from support.ros2_command import Answer, ask_all
 
-SCRIPT = Path(__file__).parents[2] / ".venv/ros2-completion.sh"
+WORKSPACE = Path(__file__).parents[2]
+SCRIPT = WORKSPACE / ".venv/ros2-completion.sh"
 
 # What stands on the line, and what Tab offers for its last word.
 CASES = {
@@ -50,3 +54,22 @@ def test_tab(answers: dict[str, Answer], line: str) -> None:
     answer = answers[tab(line)]
     assert sorted(answer.stdout.split()) == CASES[line]
     assert answer.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("shell", "before", "ask_shell"),
+    [("bash", "", "complete -p ros2"), ("zsh", "autoload -U compinit; compinit -D", "echo $_comps[ros2]")],
+)
+def test_sourcing_the_workspace_turns_them_on(shell: str, before: str, ask_shell: str) -> None:
+    if shutil.which(shell, path="/usr/bin:/bin") is None:
+        pytest.skip(f"no {shell} on this machine")
+    script = f'{before}\n. "$1/install/setup.{shell}"\n{ask_shell}; command -v ros2'
+    run = subprocess.run(
+        [shell, "-c", script, shell, WORKSPACE],
+        env={"HOME": os.environ["HOME"], "PATH": "/usr/bin:/bin"},
+        capture_output=True,
+        text=True,
+    )
+    function, command = run.stdout.splitlines()
+    assert "_python_argcomplete" in function
+    assert Path(command).is_file()

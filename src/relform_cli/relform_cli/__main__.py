@@ -53,7 +53,7 @@ def main() -> int:
         parser = build_parser(sys.argv[1:] if words is None else words)
         argcomplete.autocomplete(parser, always_complete_options=False)
         arguments = parser.parse_args()
-        if not arguments.use_python_default_buffering:
+        if sys.stdout and not arguments.use_python_default_buffering:
             sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # a TextIOWrapper here
         return arguments.run(arguments) or 0
     except KeyboardInterrupt:
@@ -61,7 +61,7 @@ def main() -> int:
     except BrokenPipeError:  # the reader, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except RuntimeError as error:
+    except (RuntimeError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
 

@@ -1,12 +1,20 @@
 """Numbers on the command line, within their bounds."""
 
+import math
 from argparse import ArgumentTypeError
 
 
 def positive_float(text: str) -> float:
     value = float(text)
-    if not value > 0.0:
-        raise ArgumentTypeError(f"{text} must be above 0")
+    if not 0.0 < value < math.inf:
+        raise ArgumentTypeError(f"{text} must be above 0 and finite")
+    return value
+
+
+def non_negative_float(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < math.inf:
+        raise ArgumentTypeError(f"{text} must not be below 0, and finite")
     return value
 
 

@@ -17,7 +17,9 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from rclpy.utilities import try_shutdown
 from rclpy.validate_full_topic_name import validate_full_topic_name
+from rclpy.validate_node_name import validate_node_name
 
+from relform_cli.argument_types import non_negative_float
 from relform_cli.errors import CommandError
 
 QUIET_S = 0.5
@@ -44,7 +46,7 @@ def add_spin_arguments(parser: ArgumentParser) -> None:
     """The options of every verb that has a node."""
     parser.add_argument(
         "--spin-time",
-        type=float,
+        type=non_negative_float,
         metavar="SECONDS",
         help=f"wait so long for discovery (default: until nothing changes, at most {LONGEST_S:g} s)",
     )
@@ -60,9 +62,11 @@ def graph_node(arguments: Namespace, name: str | None = None) -> Iterator[Node]:
     """
     # Python's own handlers: signals surface as exceptions here, rather than as a context that is shut down.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    name = name or f"{HIDDEN_NODE_PREFIX}ros2cli_{os.getpid()}"
     try:
+        validate_node_name(name)  # create_node would warn of more than that
         yield rclpy.create_node(
-            name or f"{HIDDEN_NODE_PREFIX}ros2cli_{os.getpid()}",
+            name,
             start_parameter_services=False,
             parameter_overrides=[
                 Parameter("use_sim_time", value=getattr(arguments, "use_sim_time", False)),

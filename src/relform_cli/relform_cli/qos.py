@@ -14,6 +14,8 @@ from rclpy.qos import (
     QoSReliabilityPolicy,
 )
 
+from relform_cli.argument_types import non_negative_int
+
 POLICIES = {
     "history": QoSHistoryPolicy,
     "reliability": QoSReliabilityPolicy,
@@ -33,7 +35,7 @@ def add_qos_arguments(parser: ArgumentParser, preset: str) -> None:
         default=preset,
         help=f"preset that the other options change (default: {preset})",
     )
-    profile.add_argument("--qos-depth", type=int, metavar="N", help="size of the queue")
+    profile.add_argument("--qos-depth", type=non_negative_int, metavar="N", help="size of the queue")
     for name, policy in POLICIES.items():
         profile.add_argument(f"--qos-{name}", choices=policy.short_keys())
     profile.add_argument("--qos-liveliness-lease-duration-seconds", type=float, metavar="SECONDS")

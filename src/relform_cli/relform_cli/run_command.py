@@ -20,10 +20,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    command = [
-        *shlex.split(arguments.prefix or ""),
-        str(find(arguments.package_name, arguments.executable_name)),
-    ]
+    try:
+        prefix = shlex.split(arguments.prefix or "")
+    except ValueError as error:
+        raise CommandError(f"--prefix {arguments.prefix}: {error}") from None
+    command = [*prefix, str(find(arguments.package_name, arguments.executable_name))]
     try:
         process = subprocess.Popen([*command, *arguments.argv])
     except OSError as error:

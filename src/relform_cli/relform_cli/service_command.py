@@ -125,7 +125,7 @@ def find(arguments: Namespace) -> None:
 
 def call(arguments: Namespace) -> None:
     """Call a service once or again and again."""
-    if arguments.rate is not None and arguments.rate <= 0.0:
+    if arguments.rate is not None and not arguments.rate > 0.0:
         raise CommandError("rate must be greater than zero")
     type_ = service_class(arguments.service_type)
     request, _ = message_from_yaml(type_.Request, sys.stdin.read() if arguments.stdin else arguments.values)
