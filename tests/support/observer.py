@@ -13,6 +13,9 @@ from rclpy.node import Node
 
 from relform_ros.qos import LOCKSTEP
 
+ANSWER_S = 5.0
+"""How long an answer may take."""
+
 
 class Observer:
     """Reads topics and calls services in one domain."""
@@ -41,13 +44,24 @@ class Observer:
         return messages
 
     def call(self, type_: Any, service: str, request: Any) -> Any:
-        """The answer of a service, for which it waits."""
+        """The answer of a service, for which it waits.
+
+        It asks again if need be: a server that does not know of the client yet loses its answer.
+        """
         client = self._clients.get(service) or self.node.create_client(type_, service)
         self._clients[service] = client
         self.until(client.service_is_ready)
-        future = client.call_async(request)
-        self.until(future.done)
-        return future.result()
+        asked, futures = 0.0, []
+
+        def answered() -> bool:
+            nonlocal asked
+            if time.monotonic() > asked + ANSWER_S:
+                asked = time.monotonic()
+                futures.append(client.call_async(request))
+            return any(future.done() for future in futures)
+
+        self.until(answered)
+        return next(future.result() for future in futures if future.done())
 
     def until(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
         deadline = time.monotonic() + timeout_s
