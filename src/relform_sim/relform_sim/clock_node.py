@@ -5,7 +5,6 @@ error, 130 interrupted.
 """
 
 import time
-from collections.abc import Sequence
 from functools import partial
 
 import rclpy
@@ -45,7 +44,8 @@ class ClockServer:
         self._spinner = spinner
         self._config = config
         self._endpoints = Endpoints(node, topic_table(config.team, observers))
-        for member in members(config.team, observers):
+        self._members = members(config.team, observers)
+        for member in self._members:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
         self._barrier = Barrier(
             members(config.team, ()),
@@ -71,8 +71,9 @@ class ClockServer:
         try:
             self._tick()
         except SilentNodeError as error:
-            # Most of those that are late wait for another one themselves.
-            raise SilentNodeError(error.what, self._unresponsive(error.nodes) or error.nodes) from None
+            # Most of those that are late wait for another one themselves. Even that one need not be late: it may
+            # have fallen silent between its word to the clock and its word to them.
+            raise SilentNodeError(error.what, self._unresponsive() or error.nodes) from None
 
     def _tick(self) -> None:
         unmatched = self._endpoints.unmatched()
@@ -89,8 +90,9 @@ class ClockServer:
                 self._endpoints.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, {}))
             self._spinner.until(self._barrier.complete)
 
-    def _unresponsive(self, nodes: Sequence[str]) -> list[str]:
-        """Those nodes that do not even answer when they are asked for a parameter."""
+    def _unresponsive(self) -> list[str]:
+        """Those members that do not even answer when they are asked for a parameter."""
+        nodes = self._members
         clients = {name: self._node.create_client(GetParameters, f"{name}/get_parameters") for name in nodes}
         answers: dict[str, Future] = {}
         deadline = time.monotonic() + ANSWER_S
