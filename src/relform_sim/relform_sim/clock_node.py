@@ -71,8 +71,8 @@ class ClockServer:
         try:
             self._tick()
         except SilentNodeError as error:
-            # Most of those that are late wait for another one themselves. Even that one need not be late: it may
-            # have fallen silent between its word to the clock and its word to them.
+            # Most of those that are late wait for another one themselves. Even that one need not be late: it
+            # may have fallen silent between its word to the clock and its word to them.
             raise SilentNodeError(error.what, self._unresponsive() or error.nodes) from None
 
     def _tick(self) -> None:
