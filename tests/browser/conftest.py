@@ -35,6 +35,11 @@ def _launch(playwright: Playwright) -> Iterator[Browser]:
     browser.close()
 
 
+def settle(page: Page) -> None:
+    """Wait until what was asked for has been drawn."""
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
 class Tab:
     """A page of a browser that has a light and a dark side, and tells when something goes wrong in it."""
 
@@ -45,6 +50,11 @@ class Tab:
         page.on("console", lambda message: self.complaints.append(message.text))
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.on("request", self._note)
+
+    def open(self, report: Path) -> None:
+        """Show a report, and wait until it is drawn."""
+        self.page.goto(report.as_uri())
+        settle(self.page)
 
     def _note(self, request: Request) -> None:
         self.requests.append(request.url)

@@ -16,7 +16,7 @@ from relform_tools.report.flight_source import ending_from_log
 from support.logs import perfect_builder
 from support.scenarios import paper_scenario
 
-from .conftest import LAPTOP, Tab
+from .conftest import LAPTOP, Tab, settle
 
 PHASES = ["A"] * 20 + ["B"] * 80
 END = 5.0
@@ -46,14 +46,8 @@ def report(log: FlightLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def page(tab: Tab, report: Path) -> Page:
-    tab.page.goto(report.as_uri())
-    settle(tab.page)
+    tab.open(report)
     return tab.page
-
-
-def settle(page: Page) -> None:
-    """Wait until what was asked for has been drawn."""
-    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
 def wait_until(page: Page, condition: str) -> None:
@@ -429,8 +423,7 @@ def test_every_width_has_its_layout(page: Page, width: int) -> None:
 def test_one_step_is_a_flight_too(tab: Tab, tmp_path: Path) -> None:
     log = perfect_builder(paper_scenario(), ["A"]).build()
     write_flight_report(tmp_path / "report.html", log, ending_from_log(log), {})
-    tab.page.goto((tmp_path / "report.html").as_uri())
-    settle(tab.page)
+    tab.open(tmp_path / "report.html")
     assert tab.page.get_by_role("alert").inner_text().startswith("The flight did not complete.")
     tab.page.keyboard.press("End")
     assert time_of(tab.page) == PERIOD

@@ -44,7 +44,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_dot_for_every_completed_flight(tab: Tab, report: Path) -> None:
-    tab.page.goto(report.as_uri())
+    tab.open(report)
     strips = tab.page.locator("[data-number=steady_mean_m] tbody tr")
     assert [strip.locator("circle.dot").count() for strip in strips.all()] == [12, 11]
     assert tab.page.locator("[data-number=steady_mean_m] .guide").count() == 2  # the paper's number
@@ -55,7 +55,7 @@ def test_a_dot_for_every_completed_flight(tab: Tab, report: Path) -> None:
 
 
 def test_means_lie_on_a_common_scale(tab: Tab, report: Path) -> None:
-    tab.page.goto(report.as_uri())
+    tab.open(report)
     near, far = (
         mark.bounding_box() for mark in tab.page.locator("[data-number=rotor_std_rpm] .mean-mark").all()
     )
@@ -71,7 +71,7 @@ def test_means_lie_on_a_common_scale(tab: Tab, report: Path) -> None:
 
 
 def test_pointing_at_a_flight_finds_its_seed_everywhere(tab: Tab, report: Path) -> None:
-    tab.page.goto(report.as_uri())
+    tab.open(report)
     tab.page.locator("[data-number=steady_mean_m] tbody tr").first.locator("[data-seed='12']").hover()
     assert tab.page.locator("#tip").inner_text() == "seed 12, near: 0.074 m"
     assert tab.page.locator(".dot.same").count() == 4
@@ -81,7 +81,7 @@ def test_pointing_at_a_flight_finds_its_seed_everywhere(tab: Tab, report: Path) 
 
 
 def test_lost_flights_and_their_reasons(tab: Tab, report: Path) -> None:
-    tab.page.goto(report.as_uri())
+    tab.open(report)
     tab.page.get_by_text("Why 1 did not complete").click()
     assert tab.page.locator(".reasons tbody tr").inner_text().split("\t") == [
         "far",
@@ -92,7 +92,7 @@ def test_lost_flights_and_their_reasons(tab: Tab, report: Path) -> None:
 
 
 def test_dark_and_light(tab: Tab, report: Path) -> None:
-    tab.page.goto(report.as_uri())
+    tab.open(report)
     first = tab.page.evaluate("getComputedStyle(document.body).backgroundColor")
     tab.page.keyboard.press("t")
     assert tab.page.evaluate("getComputedStyle(document.body).backgroundColor") != first
