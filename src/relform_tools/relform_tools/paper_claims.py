@@ -29,9 +29,11 @@ class Compared:
 
     def text(self, value: float | None) -> str:
         """A value of summary.json for people; ``-`` if there is none."""
-        if value is None:
-            return "-"
-        return f"{self.factor * value:.{self.digits}f} {self.unit}".rstrip()
+        return self.bare(value) if value is None else f"{self.bare(value)} {self.unit}".rstrip()
+
+    def bare(self, value: float | None) -> str:
+        """Likewise, without its unit."""
+        return "-" if value is None else f"{self.factor * value:.{self.digits}f}"
 
     def holds(self, value: float | None) -> bool | None:
         """Whether a value of summary.json keeps the paper's bound; None: there is no bound, or no value."""

@@ -31,11 +31,6 @@ def pair_key(observer: str, target: str, number: str) -> str:
     return f"pairs.{observer}.{target}.{number}"
 
 
-def bare(number: Compared, value: float | None) -> str:
-    """A value for people, without its unit; ``-`` if there is none."""
-    return "-" if value is None else f"{number.factor * value:.{number.digits}f}"
-
-
 def worst(number: Compared) -> str:
     """Which flight is the worst one: that with the largest number, or with the smallest."""
     return "min" if number.key in SMALLER_IS_WORSE else "max"
@@ -78,14 +73,20 @@ def targets(team: TeamConfig) -> list[Target]:
 def unkept(variant: Json, team: TeamConfig) -> list[str]:
     """What the variant misses, one line each."""
     missed = [
-        f"{target.label}: {target.factor * mean:.4g} {target.unit}, at most {target.bound:g} is wanted"
-        if (mean := variant["metrics"].get(target.key, {}).get("mean")) is not None
-        else f"{target.label}: not known"
+        f"{target.label}: not known"
+        if mean is None
+        else f"{target.label}: {target.factor * mean:.4g} {target.unit}, at most {target.bound:g} is wanted"
         for target in targets(team)
-        if not target.holds(variant["metrics"].get(target.key, {}).get("mean"))
+        if not target.holds(mean := mean_of(variant, target.key))
     ]
     lost = variant["runs"] - variant["completed"]
     return [f"{lost} of {variant['runs']} flights not completed"] * bool(lost) + missed
+
+
+def mean_of(variant: Json, key: str) -> float | None:
+    """Mean of a number over the completed flights of a variant; None: no flight has it."""
+    mean: float | None = variant["metrics"].get(key, {}).get("mean")
+    return mean
 
 
 def of_variant(variants: Sequence[Json], name: str) -> Json:

@@ -6,7 +6,7 @@ from typing import Any
 
 from relform_core.errors import RelformError
 from relform_core.scenario_config import TeamConfig
-from relform_tools.evaluation.claims import bare, compared_numbers, of_variant, pair_key, targets, worst
+from relform_tools.evaluation.claims import compared_numbers, mean_of, of_variant, pair_key, targets, worst
 from relform_tools.evaluation.plan import FULL, PAPER_TUNING
 from relform_tools.metrics import scored_pairs
 from relform_tools.paper_claims import FOOTNOTE, Compared
@@ -86,7 +86,7 @@ def ablation_rows(variants: Sequence[Json], team: TeamConfig) -> list[Json]:
             **{
                 f"{number.label} [{number.unit}]": None if mean is None else number.factor * mean
                 for number in compared_numbers(team)
-                for mean in [variant["metrics"].get(number.key, {}).get("mean")]
+                for mean in [mean_of(variant, number.key)]
             },
         }
         for variant in variants
@@ -121,7 +121,7 @@ def _claims_page(rows: Rows, team: TeamConfig, few: int) -> list[str]:
 def _targets_page(variant: Json, team: TeamConfig) -> list[str]:
     body = [["flights completed", f"{variant['runs']}", f"{variant['completed']}"]]
     for target in targets(team):
-        mean = variant["metrics"].get(target.key, {}).get("mean")
+        mean = mean_of(variant, target.key)
         found = "-" if mean is None else f"{target.factor * mean:.4g}"
         mark = "" if target.holds(mean) else " **missed**"
         body.append([f"{target.label} ({target.unit})", f"<= {target.bound:g}", found + mark])
@@ -155,14 +155,14 @@ def _ablation_page(variants: Sequence[Json], team: TeamConfig) -> list[str]:
 def _cell(number: Compared, distribution: Json | None) -> str:
     if not distribution or distribution["mean"] is None:
         return "-"
-    mean, p95, extreme = (bare(number, distribution[key]) for key in ("mean", "p95", worst(number)))
+    mean, p95, extreme = (number.bare(distribution[key]) for key in ("mean", "p95", worst(number)))
     return f"{mean} ({extreme})" if worst(number) == "min" else f"{mean} ({p95}, {extreme})"
 
 
 def _mean(number: Compared, distribution: Json | None) -> str:
     if not distribution or distribution["mean"] is None:
         return "-"
-    return bare(number, distribution["min" if worst(number) == "min" else "mean"])
+    return number.bare(distribution["min" if worst(number) == "min" else "mean"])
 
 
 def _markdown(head: Sequence[str], body: Sequence[Sequence[str]]) -> list[str]:

@@ -144,16 +144,12 @@ def _row(number: Compared, variant: Json) -> Row:
         variant["name"],
         statistics["n"],
         number.text(statistics["mean"]),
-        "" if low is None else f"{_bare(number, low)} … {_bare(number, high)}",
-        _bare(number, statistics["min"]),
-        _bare(number, statistics["p95"]),
-        _bare(number, statistics["max"]),
+        "" if low is None else f"{number.bare(low)} … {number.bare(high)}",
+        number.bare(statistics["min"]),
+        number.bare(statistics["p95"]),
+        number.bare(statistics["max"]),
         number.holds(statistics["mean"]),
     )
-
-
-def _bare(number: Compared, value: float | None) -> str:
-    return number.text(value).removesuffix(f" {number.unit}")
 
 
 def _is_known(key: str, variants: Sequence[Json]) -> bool:
