@@ -92,18 +92,19 @@ class ClockServer:
 
     def _unresponsive(self) -> list[str]:
         """Those members that do not even answer when they are asked for a parameter."""
-        nodes = self._members
-        clients = {name: self._node.create_client(GetParameters, f"{name}/get_parameters") for name in nodes}
+        clients = {
+            name: self._node.create_client(GetParameters, f"{name}/get_parameters") for name in self._members
+        }
         answers: dict[str, Future] = {}
         deadline = time.monotonic() + ANSWER_S
         while time.monotonic() < deadline and not all(
-            name in answers and answers[name].done() for name in nodes
+            name in answers and answers[name].done() for name in self._members
         ):
-            for name in nodes:
+            for name in self._members:
                 if name not in answers and clients[name].service_is_ready():
                     answers[name] = clients[name].call_async(GetParameters.Request(names=["scenario"]))
             self._spinner.once(DISCOVERY_POLL_S)
-        return [name for name in nodes if name not in answers or not answers[name].done()]
+        return [name for name in self._members if name not in answers or not answers[name].done()]
 
     def _on_step_done(self, member: str, msg: StepDone) -> None:
         self._barrier.add(done_from_msg(msg, member))

@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock as ClockMsg
 
 from relform_core.errors import BagError, ConfigError
-from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_ros.fields import stamp_to_msg
 from relform_ros.parameters import read_only
 from relform_ros.run_node import Spinner, run_node
 from relform_tools.bag_reader import BagMessage, find_bag, read_bag
@@ -134,10 +134,7 @@ class Player:
     def _tick(self) -> None:
         """Publish the bag time of now."""
         assert self._clock is not None
-        msg = ClockMsg()
-        bag_time_ns = self._timeline.bag_time_ns(time.monotonic())
-        msg.clock.sec, msg.clock.nanosec = divmod(bag_time_ns, NANOSECONDS_PER_SECOND)
-        self._clock.publish(msg)
+        self._clock.publish(ClockMsg(clock=stamp_to_msg(self._timeline.bag_time_ns(time.monotonic()))))
 
     def _await_subscribers(self) -> None:
         """Give those who are there the time to be found, so that they hear the first messages too."""
