@@ -65,7 +65,7 @@ def test_types_and_hashes_are_those_that_rosbags_computes() -> None:
 
 def test_quality_of_service(bag: tuple[Path, dict[str, list[Any]]]) -> None:
     with Reader(bag[0]) as reader:
-        offered = {c.topic: c.ext.offered_qos_profiles for c in reader.connections}  # type: ignore[union-attr]
+        offered = {c.topic: c.ext.offered_qos_profiles for c in reader.connections}
     assert [len(offered[topic]) for topic in TOPICS] == [1, 1, 1, 2, 0]
     (clock,) = offered["/clock"]
     assert (clock.reliability, clock.durability) == (QosReliability.RELIABLE, QosDurability.VOLATILE)

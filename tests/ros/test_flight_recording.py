@@ -38,7 +38,7 @@ def flight(
     def start(package: str, executable: str, *arguments: str, **options: object) -> subprocess.Popen[str]:
         path = WORKSPACE / f"install/{package}/lib/{package}/{executable}"
         command = [str(path), "--ros-args", *parameters, *arguments]
-        return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **options)  # type: ignore[call-overload,no-any-return]
+        return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **options)
 
     nodes = {
         vehicle: start("relform_sim", "quadrotor", "-r", f"__ns:=/{vehicle}")

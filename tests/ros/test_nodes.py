@@ -226,7 +226,7 @@ def test_strangers_are_counted_and_change_nothing(tmp_path: Path, domain_id: int
         for name in (*VEHICLES, "controller", "clock"):
             nodes.start(name)
         for step in range(4, scenario.config.n_steps - 4, 4):
-            observer.until(lambda step=step: ticks[-1:] != [] and ticks[-1].step >= step)  # type: ignore[misc]
+            observer.until(lambda step=step: ticks[-1:] != [] and ticks[-1].step >= step)
             imus.publish(imu(step, w=float("nan")))
             imus.publish(imu(step, frame="ufo/base_link"))
             imus.publish(imu(step - 1))

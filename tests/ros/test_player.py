@@ -132,8 +132,8 @@ def test_keys_pause_step_and_go_on(listener: Listener, player: Start) -> None:
     assert listener.ticks == [], "paused from the start"
     for ticks in (1, 2):
         os.write(terminal, b"\x1b[C")
-        listener.hear(until=lambda ticks=ticks: len(listener.ticks) >= ticks)  # type: ignore[misc]  # of now
-        listener.hear(until=lambda ticks=ticks: len(listener.ticks) > ticks, at_most_s=0.3)  # type: ignore[misc]
+        listener.hear(until=lambda ticks=ticks: len(listener.ticks) >= ticks)
+        listener.hear(until=lambda ticks=ticks: len(listener.ticks) > ticks, at_most_s=0.3)
         assert len(listener.ticks) == ticks, "one message for each key"
     os.write(terminal, b" ")
     listener.hear(until=lambda: process.poll() is not None)

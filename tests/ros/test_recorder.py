@@ -94,7 +94,7 @@ def header_numbers(folder: Path, topic: str) -> list[str]:
         connections = [connection for connection in reader.connections if connection.topic == topic]
         messages = reader.messages(connections=connections)
         decoded = [store.deserialize_cdr(data, connection.msgtype) for connection, _, data in messages]
-    return [message.frame_id.split()[0] for message in decoded]  # type: ignore[attr-defined]
+    return [message.frame_id.split()[0] for message in decoded]
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])

@@ -189,7 +189,7 @@ def test_bag_is_found_by_file_folder_or_run(tmp_path: Path) -> None:
 )
 def test_no_bag_there(tmp_path: Path, make: object, expected: str) -> None:
     path = tmp_path / "place"
-    make(path)  # type: ignore[operator]
+    make(path)
     with pytest.raises(BagError, match=f"^{re.escape(str(path))}: {expected}"):
         find_bag(path)
 

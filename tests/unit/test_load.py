@@ -69,7 +69,7 @@ def test_overrides_change_single_values_and_items() -> None:
     ).config
     assert config.controller.weights.formation == 7.5
     assert config.start.position == (0.0, 0.0, 3.25)
-    assert config.phases[1].motion.speed == 1.5  # type: ignore[union-attr]  # it is Straight
+    assert config.phases[1].motion.speed == 1.5
     assert config.title == "another"
     assert [config.events[0].active(time) for time in (0.99, 1.0, 2.49, 2.5)] == [False, True, True, False]
     assert len(config.team.vehicles) == 4

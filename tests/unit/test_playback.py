@@ -60,7 +60,7 @@ def test_a_jump_moves_bag_time_paused_or_not() -> None:
 )
 def test_options_have_bounds(options: dict[str, float], problem: str) -> None:
     with pytest.raises(BagError) as error:
-        PlaybackOptions(**options)  # type: ignore[arg-type]  # the loop and pause flags are not among them
+        PlaybackOptions(**options)
     assert str(error.value) == problem
 
 
@@ -77,6 +77,6 @@ def test_options_have_bounds(options: dict[str, float], problem: str) -> None:
     ],
 )
 def test_the_later_of_two_ends_holds(options: dict[str, float], end_ns: int | None) -> None:
-    chosen = PlaybackOptions(start_offset=1.0, **options)  # type: ignore[arg-type]  # as above
+    chosen = PlaybackOptions(start_offset=1.0, **options)
     assert chosen.start_ns(3 * S) == 4 * S
     assert chosen.end_ns(3 * S) == end_ns

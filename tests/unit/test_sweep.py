@@ -263,7 +263,7 @@ def test_runs_that_have_not_started_are_dropped_when_the_sweep_is_given_up(
     with SweepFolder(tmp_path) as folder, ThreadPoolExecutor(1) as executor:
         rows = fly_all(runs, folder, executor)
         next(rows)
-        rows.close()  # type: ignore[attr-defined]  # it is a generator
+        rows.close()
         assert len(started) < 10
         assert len(resume(runs, folder)[0]) >= 1
 

@@ -36,7 +36,7 @@ def test_what_is_taken(selection: TopicSelection, expected: list[str]) -> None:
 @pytest.mark.parametrize("name", ["regex", "exclude_regex"])
 def test_expression_that_is_none(name: str) -> None:
     with pytest.raises(BagError, match=r"^'\[a' is no regular expression: unterminated character set"):
-        TopicSelection(**{name: "[a"})  # type: ignore[arg-type]  # only expressions are given
+        TopicSelection(**{name: "[a"})
 
 
 def test_names_are_seen_from_the_root() -> None:

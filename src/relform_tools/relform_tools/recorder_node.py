@@ -63,6 +63,7 @@ class FlightRecorder:
             for topic in topics if step == 0 else ():  # a topic without any message is in the bag as well
                 recording.add_topic(topic.name, _type_name(topic))
             self._member.wait(
+                # Nobody calls it after this turn of the loop, so it may see the variable of the loop.
                 lambda: recording.failure is not None or tally.has(step, announcements.sent(step))  # noqa: B023
             )
             if recording.failure is not None:
