@@ -64,7 +64,7 @@ class Player:
             node, "wait_s", 1.0, "Wall time that subscribers of all topics may take to be found [s]."
         )
         self._ack_wait = read_only(
-            node, "ack_wait_s", 2.0, "Wall time that the last messages may take to arrive [s]; 0: any."
+            node, "ack_wait_s", 5.0, "Wall time that the last messages may take to arrive [s]; 0: any."
         )
         self._has_keys = read_only(node, "keyboard", True, "Listen to the keys of the terminal.")
         clock_hz = read_only(

@@ -1,0 +1,28 @@
+"""What the settings of the middleware are for (docs/decisions/0009-middleware.md)."""
+
+import time
+from collections.abc import Iterator
+
+import pytest
+import rclpy
+from rclpy.duration import Duration
+from rclpy.node import Node
+from std_msgs.msg import String
+
+
+@pytest.fixture
+def node(live_nodes: dict[str, str]) -> Iterator[Node]:
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=int(live_nodes["ROS_DOMAIN_ID"]))
+    yield rclpy.create_node("writer", context=context)
+    rclpy.shutdown(context=context)
+
+
+def test_lost_acknowledgement_is_asked_for_at_once(node: Node) -> None:
+    for number in range(20):  # one in four to a newly found reader gets lost
+        publisher = node.create_publisher(String, "/alpha/heard_only", 10)
+        while not publisher.get_subscription_count():
+            time.sleep(0.01)
+        publisher.publish(String(data=f"message {number}"))
+        assert publisher.wait_for_all_acked(Duration(seconds=1)), number
+        node.destroy_publisher(publisher)
