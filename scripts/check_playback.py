@@ -23,7 +23,7 @@ def main() -> int:
     print("rate   messages   heard   in order   late by: median    95 %     max")
     complete = True
     try:
-        with claimed_domain() as domain_id:
+        with claimed_domain(beside_shells=False) as domain_id:
             os.environ["ROS_DOMAIN_ID"] = str(domain_id)
             for rate in arguments.rates:
                 check = check_playback(arguments.bag, rate)

@@ -94,6 +94,20 @@ class TestDomain:
                 assert claimed != free
         assert not is_in_use(free)
 
+    def test_who_wants_no_other_nodes_gets_a_domain_without_shells(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        with claimed_domain(beside_shells=False) as first, claimed_domain(beside_shells=False) as second:
+            assert {first, second} <= set(DOMAIN_IDS)
+            assert first != second
+        with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as stranger:
+            stranger.bind(("", 7400 + 250 * first + 10))
+            with claimed_domain(beside_shells=False) as free:
+                assert free != first
+        monkeypatch.setenv("ROS_DOMAIN_ID", "0")
+        with claimed_domain(beside_shells=False) as wanted:
+            assert wanted == 0
+
     def test_the_users_wish_counts(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("ROS_DOMAIN_ID", "0")
         with claimed_domain() as claimed:

@@ -17,26 +17,29 @@ CLAIM = "\0relform-domain-"
 
 
 @contextmanager
-def claimed_domain() -> Iterator[int]:
+def claimed_domain(beside_shells: bool = True) -> Iterator[int]:
     """A domain id that no other flight on this machine uses.
 
     ROS_DOMAIN_ID, if it is set, is what the user wants. Otherwise it is the default one, or,
     where another flight has that, one that no DDS participant uses.
 
+    Args:
+        beside_shells: whether the default domain will do, where every shell and its nodes are.
     Raises:
         FlightError: another flight uses the domain that the user wants, or all are in use.
     """
     if wanted := os.environ.get("ROS_DOMAIN_ID"):
         if not wanted.isdecimal():
             raise FlightError(f"ROS_DOMAIN_ID must be a number (got '{wanted}'); unset it to get a free one")
-        candidates = [int(wanted)]
+        shared, candidates = [int(wanted)], []
         problem = f"another flight uses ROS_DOMAIN_ID {wanted}; unset it to get a free one"
     else:
         first = os.getpid() % len(DOMAIN_IDS)  # flights that start at once do not all begin at the same one
-        candidates = [DEFAULT_DOMAIN_ID, *DOMAIN_IDS[first:], *DOMAIN_IDS[:first]]
+        shared = [DEFAULT_DOMAIN_ID] if beside_shells else []
+        candidates = [*DOMAIN_IDS[first:], *DOMAIN_IDS[:first]]
         problem = f"all ROS domains from {DOMAIN_IDS[0]} to {DOMAIN_IDS[-1]} are in use; set ROS_DOMAIN_ID"
-    for domain_id in candidates:
-        if domain_id != candidates[0] and is_in_use(domain_id):
+    for domain_id in (*shared, *candidates):
+        if domain_id not in shared and is_in_use(domain_id):
             continue
         with closing(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)) as claim:
             try:
