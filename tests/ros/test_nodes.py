@@ -1,5 +1,6 @@
 """The nodes by hand: in any order, with one missing, silent or interrupted, among strangers, on request."""
 
+import re
 import signal
 import time
 from collections.abc import Iterator
@@ -18,7 +19,14 @@ from relform_msgs.msg import FormationEvent, FormationReference, RelativePositio
 from relform_msgs.srv import SetFormation
 from relform_ros.fields import stamp_from_msg, stamp_to_msg
 from relform_ros.qos import LATCHED, LOCKSTEP
-from relform_ros.topics import DIAGNOSTICS, EVENTS, REFERENCE, vehicle_node
+from relform_ros.topics import (
+    CONTROLLER_NODE,
+    DIAGNOSTICS,
+    EVENTS,
+    REFERENCE,
+    step_done_topic,
+    vehicle_node,
+)
 from relform_tools.flight import fly_in_process
 from support.nodes import Nodes, short
 from support.observer import Observer
@@ -48,17 +56,25 @@ def test_any_order_of_starting(tmp_path: Path, domain_id: int) -> None:
         assert all(process.poll() is None for process in nodes.processes.values())
         nodes.start("follower_1")
         for name in nodes.processes:
-            assert nodes.end(name) == (0, "")
+            code, errors = nodes.end(name)
+            assert code == 0
+            assert all(": still waiting for " in line for line in errors.splitlines())
 
 
-def test_who_is_not_there_is_named(tmp_path: Path, domain_id: int) -> None:
+def test_who_is_not_there_is_named(tmp_path: Path, domain_id: int, observer: Observer) -> None:
+    who_come = (vehicle_node("leader"), vehicle_node("follower_1"), CONTROLLER_NODE)
+    joined = [observer.collect(StepDone, step_done_topic(name), LATCHED) for name in who_come]
     with Nodes(paper_scenario(short(0.5)), tmp_path, domain_id) as nodes:
         for name in ("leader", "follower_1", "controller"):
             nodes.start(name)
-        nodes.start("clock", "start_timeout_s:=4.0")
+        observer.until(lambda: all(joined))
+        nodes.start("clock", "start_timeout_s:=7.0")
         code, errors = nodes.end("clock")
     assert code == EXIT_SILENT
-    assert errors == "/sim/clock: not ready within 4 s: /follower_2/quadrotor\n"
+    assert errors == (
+        "/sim/clock: still waiting for /follower_2/quadrotor\n"
+        "/sim/clock: not ready within 7 s: /follower_2/quadrotor\n"
+    )
 
 
 @pytest.mark.parametrize("name", ["follower_1", "clock"])
@@ -91,7 +107,7 @@ def test_another_clock_is_named(tmp_path: Path, domain_id: int, observer: Observ
 def test_who_falls_silent_is_named_in_time(
     name: str, tmp_path: Path, domain_id: int, observer: Observer
 ) -> None:
-    """The others are late too, because they wait for it, but they are not to blame."""
+    """The others are late too, because they wait for it, but they are not to blame; they end as well."""
     ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
     with Nodes(paper_scenario(short(20.0), "lockstep.step_timeout_s=1.5"), tmp_path, domain_id) as nodes:
         for each in (*VEHICLES, "controller", "clock"):
@@ -101,6 +117,10 @@ def test_who_falls_silent_is_named_in_time(
         stopped = time.monotonic()
         code, errors = nodes.end("clock")
         took = time.monotonic() - stopped
+        for other in set(nodes.processes) - {name, "clock"}:
+            code_of_other, last_words = nodes.end(other)
+            assert code_of_other == EXIT_ERROR
+            assert re.search(r": /sim/clock has gone in step \d+ \(.* s\): the flight is over\n$", last_words)
     assert code == EXIT_SILENT
     full_name = "/formation/controller" if name == "controller" else vehicle_node(name)
     assert errors.endswith(f" not finished within 1.5 s (lockstep.step_timeout_s): {full_name}\n")

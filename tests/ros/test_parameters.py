@@ -336,7 +336,7 @@ def test_one_file_for_all_nodes_other_topic_names_and_what_a_node_does_not_know_
     assert set(ends.values()) == {(0, "")}
 
 
-def test_who_flies_another_configuration_is_named(tmp_path: Path) -> None:
+def test_who_flies_another_configuration_is_named_and_can_be_started_again(tmp_path: Path) -> None:
     scenario, other = (paper_scenario(short(2.0), seed=seed) for seed in (1, 2))
     (tmp_path / "other").mkdir()
     with (
@@ -348,6 +348,11 @@ def test_who_flies_another_configuration_is_named(tmp_path: Path) -> None:
             nodes.start(name)
         others.start("follower_2")
         code, errors = nodes.end("clock")
+        others.processes["follower_2"].send_signal(signal.SIGINT)
+        others.end("follower_2")
+        for name in ("follower_2", "clock"):
+            nodes.start(name)
+        assert {name: nodes.end(name)[0] for name in nodes.processes} == dict.fromkeys(nodes.processes, 0)
     assert code == 1
     assert errors == (
         "/sim/clock: /follower_2/quadrotor flies another configuration "

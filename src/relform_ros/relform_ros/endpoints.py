@@ -83,6 +83,12 @@ class Endpoints:
         readers = entry.readers if topic in self._publishers else ()
         return {*writers, *readers} - {self._name}
 
+    def absent(self, topic: str) -> set[str]:
+        """The partners of a topic that are not to be seen on it."""
+        writers = self._node.get_publishers_info_by_topic(topic)
+        readers = self._node.get_subscriptions_info_by_topic(topic)
+        return self.partners(topic) - _full_names([*writers, *readers])
+
     def intruders(self) -> list[str]:
         """Who would be taken for a node of this table, a line each: its namesakes, and other clocks."""
         writers = {
@@ -115,7 +121,7 @@ class Endpoints:
         if publisher is None:
             return True
         found = self._node.get_subscriptions_info_by_topic(topic)
-        return set(self._topics[topic].readers) <= {_full_name(info) for info in found} and (
+        return set(self._topics[topic].readers) <= _full_names(found) and (
             publisher.get_subscription_count()
             >= sum(_compatible(publisher.qos_profile, info.qos_profile) for info in found)
         )
@@ -125,10 +131,14 @@ class Endpoints:
         if subscription is None:
             return True
         found = self._node.get_publishers_info_by_topic(topic)
-        return set(self._topics[topic].writers) <= {_full_name(info) for info in found} and (
+        return set(self._topics[topic].writers) <= _full_names(found) and (
             subscription.get_publisher_count()
             >= sum(_compatible(info.qos_profile, subscription.qos_profile) for info in found)
         )
+
+
+def _full_names(found: Iterable[TopicEndpointInfo]) -> set[str]:
+    return {_full_name(info) for info in found}
 
 
 def _full_name(info: TopicEndpointInfo) -> str:

@@ -1,5 +1,6 @@
 """A member of the lock-step barrier: waits for the others, follows the clock, says when it has finished."""
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -9,7 +10,7 @@ from typing import Any
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from relform_core.errors import ConfigError
+from relform_core.errors import ConfigError, FlightError
 from relform_core.load import LoadedScenario
 from relform_msgs.msg import StepDone
 from relform_ros.conversions import done_from_msg, done_to_msg
@@ -19,12 +20,14 @@ from relform_ros.fields import stamp_from_msg
 from relform_ros.lockstep import JOINED, READY, Announcements, Done, step_at
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
-from relform_ros.topics import CLOCK, DIAGNOSTICS, members, step_done_topic, topic_table
+from relform_ros.topics import CLOCK, CLOCK_NODE, DIAGNOSTICS, members, step_done_topic, topic_table
 
 DISCOVERY_POLL_S = 0.01
 """Nothing wakes a node when its picture of the graph changes, so during discovery it looks this often."""
 DISCOVERY_PATIENCE_S = 5.0
 """After this time a node says for whom it is waiting, and goes on waiting; it is the clock that gives up."""
+CLOCK_POLL_S = 1.0
+"""How often a node looks whether the clock of its flight is still there."""
 FAREWELL_S = 1.0
 """How long a node that ends waits until all that it has sent was received."""
 
@@ -64,6 +67,8 @@ class LockstepMember:
         self._n_steps = config.n_steps
         self._sent: list[str] = []
         self._newest_tick = -1
+        self._next_look = -math.inf
+        self._missed_clock = False
         self.endpoints.subscribe(CLOCK, self._on_clock)
         for member in awaited:
             self.endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
@@ -77,23 +82,26 @@ class LockstepMember:
         """Let messages come in until a condition holds.
 
         Raises:
+            FlightError: the clock has ended the flight.
             StopRequestedError: by a signal.
         """
-        self._spinner.until(condition)
+        while not condition():
+            self._spinner.once()
+            self._look_for_clock()
 
     def steps(self) -> Iterator[int]:
         """Wait for all members, then yield the number of each step when the clock has reached it.
 
         Raises:
+            FlightError: the clock has ended the flight.
             StopRequestedError: by a signal.
         """
         joined = Done(self._name, JOINED, (), "", self._configuration)
         self.endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
-        self._discover()
+        discover(self._name, self.endpoints, self._spinner)
         self._send_done(READY, stamp_ns=0, fault="")
         for step in range(self._n_steps + 1):
-            while self._newest_tick < step:
-                self._spinner.once()
+            self.wait(lambda: self._newest_tick >= step)  # noqa: B023  # called before the loop goes on
             yield step
         self.endpoints.wait_until_received(FAREWELL_S)
 
@@ -115,17 +123,16 @@ class LockstepMember:
         """Send a message that was promised."""
         self.endpoints.publish(topic, message)
 
-    def _discover(self) -> None:
-        began = time.monotonic()
-        patient = True
-        unmatched = self.endpoints.unmatched()
-        while unmatched:
-            self._spinner.once(DISCOVERY_POLL_S)
-            unmatched = self.endpoints.unmatched(among=unmatched)
-            if patient and unmatched and time.monotonic() - began > DISCOVERY_PATIENCE_S:
-                missing = sorted({node for topic in unmatched for node in self.endpoints.partners(topic)})
-                print(f"{self._name}: still waiting for some of {', '.join(missing)}", file=sys.stderr)
-                patient = False
+    def _look_for_clock(self) -> None:
+        """Find out whether the clock is gone for good; before its first tick another may be started."""
+        if self._newest_tick < 0 or time.monotonic() < self._next_look:
+            return
+        self._next_look = time.monotonic() + CLOCK_POLL_S
+        is_gone = CLOCK_NODE in self.endpoints.absent(CLOCK)
+        if is_gone and self._missed_clock:
+            when = f"step {self._newest_tick} ({self._newest_tick * self._period_ns * 1e-9:.2f} s)"
+            raise FlightError(f"{CLOCK_NODE} has gone in {when}: the flight is over")
+        self._missed_clock = is_gone
 
     def _on_clock(self, msg: Clock) -> None:
         step = step_at(stamp_from_msg(msg.clock), self._period_ns)
@@ -142,6 +149,26 @@ class LockstepMember:
         done = Done(self._name, step, tuple(self._sent), fault)
         self.endpoints.publish(step_done_topic(self._name), done_to_msg(done, stamp_ns))
         self._sent = []
+
+
+def discover(
+    name: str, endpoints: Endpoints, spinner: Spinner, is_ready: Callable[[], bool] = lambda: True
+) -> None:
+    """Wait until a node's partners are connected and it is ready; say for whom, once, if that takes long.
+
+    Raises:
+        StopRequestedError: by a signal.
+    """
+    deadline = time.monotonic() + DISCOVERY_PATIENCE_S
+    unmatched = endpoints.unmatched()
+    while not is_ready() or unmatched:
+        spinner.once(DISCOVERY_POLL_S)
+        unmatched = endpoints.unmatched(among=unmatched)
+        if unmatched and time.monotonic() > deadline:
+            deadline = math.inf
+            absent = {node for topic in unmatched for node in endpoints.absent(topic)}
+            awaited = absent or {node for topic in unmatched for node in endpoints.partners(topic)}
+            print(f"{name}: still waiting for {', '.join(sorted(awaited))}", file=sys.stderr)
 
 
 def check_name(name: str, known: Sequence[str]) -> None:

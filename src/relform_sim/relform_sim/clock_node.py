@@ -20,7 +20,7 @@ from relform_ros.conversions import done_from_msg
 from relform_ros.diagnostics import diagnostics_to_msg, is_due
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
-from relform_ros.member import DISCOVERY_POLL_S, check_name, configuration_of
+from relform_ros.member import DISCOVERY_POLL_S, check_name, configuration_of, discover
 from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.run_node import Spinner, run_node
 from relform_ros.topics import CLOCK, CLOCK_NODE, DIAGNOSTICS, members, step_done_topic, topic_table
@@ -76,10 +76,7 @@ class ClockServer:
             raise SilentNodeError(error.what, self._unresponsive() or error.nodes) from None
 
     def _tick(self) -> None:
-        unmatched = self._endpoints.unmatched()
-        while not self._barrier.complete() or unmatched:
-            self._spinner.once(DISCOVERY_POLL_S)
-            unmatched = self._endpoints.unmatched(among=unmatched)
+        discover(self._name, self._endpoints, self._spinner, is_ready=self._barrier.complete)
         if intruders := self._endpoints.intruders():
             raise FlightError(f"{'; '.join(intruders)}: stop what does not belong to this flight")
         while (step := self._barrier.advance()) <= self._config.n_steps:
