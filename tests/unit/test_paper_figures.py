@@ -1,6 +1,7 @@
 """Figures for papers: all drawn, each time the same; mean and deviation over flights as worked by hand."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,11 @@ import pytest
 
 from relform_core.errors import RelformError
 from relform_tools import paper_figures, paper_plot
+from relform_tools.figures import draw_flight
+from relform_tools.flown_phases import flown_phases
+from relform_tools.panels import flight_panels
 from relform_tools.paper_figures import draw_paper_figures
-from relform_tools.paper_plot import over_runs
+from relform_tools.paper_plot import draw_over_time, over_runs
 from support.logs import perfect_builder
 from support.scenarios import paper_scenario
 
@@ -27,7 +31,24 @@ NAMES = ("formation_errors", "tracking_errors", "rotor_speeds", "solver", "traje
 def test_mean_and_deviation_over_those_that_got_there() -> None:
     mean, deviation = over_runs([np.array([1.0, 2.0, np.nan, 8.0]), np.array([3.0, 2.0, np.nan])])
     np.testing.assert_array_equal(mean, [2.0, 2.0, np.nan, 8.0])
-    np.testing.assert_array_equal(deviation, [1.0, 0.0, np.nan, 0.0])
+    np.testing.assert_array_equal(deviation, [np.sqrt(2.0), 0.0, np.nan, np.nan])  # of a sample
+
+
+def test_one_flight_fills_its_plots() -> None:
+    log = perfect_builder(paper_scenario(), ["A"] * 20).build()
+    log.p_NB_N[12, 1] += [0.0, 0.3, 0.4]
+    (axes,) = draw_over_time([flight_panels(log)["formation_errors"]], log).axes
+    assert axes.get_ylim() == pytest.approx((0.0, 1.05 * 0.5))
+
+
+@pytest.mark.parametrize("last_tick", [20, 21])
+def test_flight_that_ends_as_a_phase_begins(tmp_path: Path, last_tick: int) -> None:
+    log = perfect_builder(paper_scenario(), ["A"] * 20 + ["B"]).build()
+    ticks = slice(last_tick + 1)
+    log = replace(log, tick_ns=log.tick_ns[ticks], p_NB_N=log.p_NB_N[ticks], q_NB=log.q_NB[ticks])
+    assert [phase.tick_in_the_middle(log) for phase in flown_phases(log)] == [10, 20]
+    draw_paper_figures([log], tmp_path)
+    draw_flight(log, tmp_path / "flight.png")
 
 
 def test_every_figure_of_flights_of_different_length(tmp_path: Path) -> None:

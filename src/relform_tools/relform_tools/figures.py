@@ -147,7 +147,7 @@ def _draw_scene(figure: Figure, log: FlightLog) -> None:
 
     paper = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
     for phase in flown_phases(log):
-        x, y, z = p_NB_N[np.searchsorted(log.tick_ns, phase.middle * NANOSECONDS_PER_SECOND), 0]
+        x, y, z = p_NB_N[phase.tick_in_the_middle(log), 0]
         axes.text(
             x, y, z + 0.9, phase.name, fontsize=17, fontweight="bold", ha="center", bbox=paper, zorder=4
         )

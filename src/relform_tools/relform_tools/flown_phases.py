@@ -25,6 +25,10 @@ class FlownPhase:
         """Half-way [s]."""
         return (self.start + self.end) / 2.0
 
+    def tick_in_the_middle(self, log: FlightLog) -> int:
+        """The last instant of ground truth until half-way; it may be the last one of all."""
+        return int(np.searchsorted(log.tick_ns, self.middle * NANOSECONDS_PER_SECOND, side="right")) - 1
+
 
 def flown_phases(log: FlightLog) -> list[FlownPhase]:
     """The phases that were begun, in order."""

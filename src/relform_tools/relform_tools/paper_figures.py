@@ -13,7 +13,7 @@ import numpy as np
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_tools.figures import FORMATION_EVERY_S, GUIDE, TEXT, VEHICLE_COLOURS, cycled
 from relform_tools.flight_log import FlightLog
-from relform_tools.flown_phases import flown_phases, step_times
+from relform_tools.flown_phases import flown_phases
 from relform_tools.panels import Panel, flight_panels
 from relform_tools.paper_plot import DPI, NOTE_LINE_IN, STYLE, WIDTH_IN, draw_over_time, save
 
@@ -83,9 +83,9 @@ def draw_trajectories(logs: Sequence[FlightLog], note: str = "") -> Figure:
     axes.add_collection3d(Line3DCollection(links, colors=GUIDE, linewidths=0.4))
     reference = {"color": GUIDE, "linewidth": 0.9, "linestyle": (0, (4, 3))}
     axes.plot(*first.leader_p_NB_N__ref.T, **reference, label="leader's reference")
-    time, above = step_times(first), {"fontweight": "bold", "ha": "center", "zorder": 5}
+    above = {"fontweight": "bold", "ha": "center", "zorder": 5}
     for phase in flown_phases(first):
-        x, y, z = first.p_NB_N[first.tick_of_step[np.searchsorted(time, phase.middle)], 0]
+        x, y, z = first.p_NB_N[phase.tick_in_the_middle(first), 0]
         axes.text(x, y, z + 0.8, phase.name, **above)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]", labelpad=8.0)

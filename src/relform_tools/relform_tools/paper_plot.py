@@ -120,13 +120,14 @@ def over_runs(series: Sequence[Floats]) -> tuple[Floats, Floats]:
     Args:
         series: per flight one value per control step, shape (K,); K may differ.
     Returns:
-        Mean and deviation, shape (K of the longest,); NaN where no flight has a value.
+        Mean and deviation of a sample, shape (K of the longest,); NaN where no flight has a value, and the
+        deviation also where only one has.
     """
     stack = np.full((len(series), max(map(len, series))), np.nan)
     for run, values in enumerate(series):
         stack[run, : len(values)] = values
     known = np.ma.masked_invalid(stack)
-    return known.mean(axis=0).filled(np.nan), known.std(axis=0).filled(np.nan)
+    return known.mean(axis=0).filled(np.nan), known.std(axis=0, ddof=1).filled(np.nan)
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
@@ -185,7 +186,8 @@ def _draw_band(
     if len(series) > 1:
         axes.fill_between(time[: len(low)], low, high, color=colour, alpha=0.25, linewidth=0)
     axes.plot(time[: len(middle)], middle, color=colour, linewidth=width, label=name)
-    finite = high[np.isfinite(high)]
+    highest = np.fmax(middle, high)
+    finite = highest[np.isfinite(highest)]
     return float(finite.max()) if finite.size else np.nan
 
 
