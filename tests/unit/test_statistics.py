@@ -45,9 +45,9 @@ def test_interval_holds_the_mean_as_often_as_it_says() -> None:
     assert inside == pytest.approx(0.95, abs=0.015)
 
 
-def test_one_value_has_no_interval_and_none_has_nothing() -> None:
+def test_one_value_has_no_spread_and_none_has_nothing() -> None:
     assert describe([2.5]) == {
-        "n": 1, "mean": 2.5, "std": 0.0, "min": 2.5, "p95": 2.5, "max": 2.5, "ci95": None,
+        "n": 1, "mean": 2.5, "std": None, "min": 2.5, "p95": 2.5, "max": 2.5, "ci95": None,
     }  # fmt: skip
     assert describe([]) == {
         "n": 0, "mean": None, "std": None, "min": None, "p95": None, "max": None, "ci95": None,

@@ -56,15 +56,18 @@ def aggregate(rows: Sequence[Mapping[str, Any]]) -> Json:
 
 
 def describe(values: Sequence[float]) -> Json:
-    """Distribution of values, with the 95 % confidence interval of their mean (Student's t)."""
+    """Distribution of values, with the 95 % confidence interval of their mean (Student's t).
+
+    One value has neither a deviation, which is that of a sample, nor an interval.
+    """
     n = len(values)
     if n == 0:
         return {"n": 0, "mean": None, "std": None, "min": None, "p95": None, "max": None, "ci95": None}
-    mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1)) if n > 1 else 0.0
-    interval = None
+    mean, deviation, interval = float(np.mean(values)), None, None
     if n > 1:
         from scipy.special import stdtrit  # SciPy takes its time, which only who has values should wait for
 
+        deviation = float(np.std(values, ddof=1))
         half = float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2.0)) * deviation / math.sqrt(n)
         interval = [mean - half, mean + half]
     return {
