@@ -21,7 +21,7 @@ from relform_tools.flight_log import FlightLog
 from relform_tools.software import flight_software
 from relform_tools.summary import Json
 from relform_tools.sweep import fly, fly_all, in_order, resume
-from relform_tools.sweep_folder import REPORT, TABLE, SweepFolder
+from relform_tools.sweep_folder import REPORT, TABLE, SweepFolder, write_table
 from relform_tools.sweep_plan import Run, load_variants, plan_runs
 from support.logs import perfect_builder
 from support.scenarios import PAPER, paper_scenario
@@ -150,6 +150,7 @@ def test_another_seed_is_the_same_as_loading_with_it() -> None:
     ("overrides", "message"),
     [
         (["controller.wings=2"], "variant 'odd': --set controller.wings: unknown key"),
+        (["seed = 9"], "variant 'odd': --set seed: a sweep flies many; --seed is the first of them"),
         (["controller=nowhere.yaml"], r"variant 'odd': .*nowhere\.yaml: no such file"),
         (["controller.horizon_steps=0"], r"variant 'odd': --set controller.horizon_steps: must .* \(got 0\)"),
     ],
@@ -246,6 +247,15 @@ def test_table_and_statistics_hold_every_run(tmp_path: Path, flown: list[str]) -
         table = list(csv.DictReader(stream))
     assert [row["outcome"] for row in table] == ["completed", "fault", "failed", "failed"]
     assert [row["steady_mean_m"] for row in table] == ["0.01", "0.02", "0.03", ""]
+
+
+def test_a_table_is_never_there_in_part(tmp_path: Path) -> None:
+    table = tmp_path / TABLE
+    table.write_text("of the sweep before")
+    (tmp_path / f".{TABLE}").mkdir()
+    with pytest.raises(RelformError, match=r"runs\.csv: cannot be written: Is a directory"):
+        write_table(table, [{"variant": "base", "seed": 1}])
+    assert table.read_text() == "of the sweep before"
 
 
 def test_runs_that_have_not_started_are_dropped_when_the_sweep_is_given_up(

@@ -2,6 +2,7 @@
 
 import csv
 import fcntl
+import io
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -120,19 +121,17 @@ class SweepFolder:
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows as CSV, with a column for every key that one of them has.
+    """Write rows as CSV at once, with a column for every key that one of them has.
 
     Raises:
         RelformError: it cannot be written.
     """
     fields = list(dict.fromkeys(key for row in rows for key in row))
-    try:
-        with path.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.DictWriter(stream, fields)
-            writer.writeheader()
-            writer.writerows(rows)
-    except OSError as error:
-        raise RelformError(f"{path}: cannot be written: {error.strerror}") from None
+    table = io.StringIO()
+    writer = csv.DictWriter(table, fields)
+    writer.writeheader()
+    writer.writerows(rows)
+    _write(path, table.getvalue())
 
 
 def _write(path: Path, text: str) -> None:

@@ -103,8 +103,11 @@ def plan_runs(
     """
     loaded = {}
     for variant in variants:
+        changes = (*overrides, *variant.set)
         try:
-            loaded[variant.name] = load_scenario(scenario, (*overrides, *variant.set), seeds[0])
+            if any(change.partition("=")[0].strip() == "seed" for change in changes):
+                raise ConfigError("--set seed: a sweep flies many; --seed is the first of them")
+            loaded[variant.name] = load_scenario(scenario, changes, seeds[0])
         except ConfigError as error:
             raise ConfigError(f"variant '{variant.name}': {error}") from None
     # Seed by seed, so that an unfinished sweep has about as many runs of every variant.
