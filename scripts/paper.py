@@ -4,6 +4,7 @@
 import sys
 
 from relform_tools.evaluation.command import main
+from relform_tools.script import run_script
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_script(main))

@@ -3,6 +3,7 @@
 import sys
 
 from relform_tools.replay_command import main
+from relform_tools.script import run_script
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_script(main))
