@@ -2,7 +2,10 @@
 
 import csv
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +17,9 @@ from relform_tools.report.sweep_page import sweep_page, write_sweep_report
 from relform_tools.report.sweep_source import read_sweep
 from relform_tools.statistics import aggregate
 from support.pages import Page
+from support.scenarios import PAPER
 
+SCRIPT = PAPER.parents[2] / "scripts/report.py"
 LOST = {"variant": "bold", "seed": 3, "outcome": "fault", "reason": "follower_1 tilts by 91 deg, <85 allowed"}
 
 
@@ -67,6 +72,13 @@ def test_dots_are_the_completed_flights(folder: Path) -> None:
         plain["ci95"], 0.056 + np.array([-1, 1]) * 2.776445 * 0.00316228 / 5**0.5, rtol=1e-5
     )
     assert number["claim"] == 0.068
+
+
+def test_variant_may_be_called_by_a_number(folder: Path) -> None:
+    for name in ("sweep.json", "runs.csv"):
+        (folder / name).write_text((folder / name).read_text().replace("plain", "20"))
+    first, _ = Page(sweep_page(read_sweep(folder))).data["numbers"]["steady_mean_m"]["variants"]
+    assert first["seeds"] == [1, 2, 3, 4, 5]
 
 
 def test_units_of_the_tables_hold_in_the_plots(folder: Path) -> None:
@@ -133,6 +145,24 @@ def error_of(path: Path) -> str:
 def test_damaged_folder_is_one_line(folder: Path, name: str, content: str, expected: str) -> None:
     (folder / name).write_text(content)
     assert error_of(folder).startswith(f"{folder / expected}")
+
+
+def test_table_of_other_runs_than_the_statistics_is_one_line(folder: Path) -> None:
+    lines = (folder / "runs.csv").read_text().splitlines()
+    (folder / "runs.csv").write_text("\n".join(lines[:-1]))
+    expected = "has 4 runs of 'bold', sweep.json has 5; the command that flew them writes both again"
+    assert error_of(folder) == f"{folder / 'runs.csv'}: {expected}"
+
+
+def test_nobody_reads_what_the_script_prints(folder: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    script = subprocess.run(
+        [sys.executable, SCRIPT, str(folder)], stdout=writer, stderr=subprocess.PIPE, text=True
+    )
+    os.close(writer)
+    assert (script.returncode, script.stderr) == (1, "")
+    assert (folder / "report.html").is_file()
 
 
 @pytest.mark.parametrize("name", ["sweep.json", "runs.csv"])

@@ -1,6 +1,7 @@
 """The results of a sweep, from its folder."""
 
 import csv
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ from relform_tools.report.json_file import read_json
 from relform_tools.summary import Json
 from relform_tools.sweep_folder import REPORT, TABLE
 
+TEXTS = ("variant", "scenario", "title", "outcome", "reason")
+"""Columns that stay text, even where it reads as a number."""
 VARIANT_KEYS = {"name", "title", "set", "runs", "completed", "crashed", "failed", "reasons", "metrics"}
 
 
@@ -41,7 +44,10 @@ def read_sweep(path: Path) -> Sweep:
     table = folder / TABLE
     try:
         with table.open(newline="", encoding="utf-8") as stream:
-            rows = [{key: _value(text) for key, text in row.items()} for row in csv.DictReader(stream)]
+            rows = [
+                {key: (text or None) if key in TEXTS else _value(text) for key, text in row.items()}
+                for row in csv.DictReader(stream)
+            ]
     except OSError as error:
         raise RelformError(f"{table}: cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error) as error:
@@ -56,6 +62,13 @@ def read_sweep(path: Path) -> Sweep:
         raise RelformError(f"{folder / REPORT}: not of a sweep: needs scenario, and variants with {keys}")
     if not rows or not {"variant", "seed", "outcome"} <= rows[0].keys():
         raise RelformError(f"{table}: holds no runs; fly some with scripts/sweep.py")
+    flown = Counter(row["variant"] for row in rows)
+    for variant in variants:
+        if flown[variant["name"]] != variant["runs"]:
+            raise RelformError(
+                f"{table}: has {flown[variant['name']]} runs of '{variant['name']}', {REPORT} has "
+                f"{variant['runs']}; the command that flew them writes both again"
+            )
     return Sweep(report, rows)
 
 
