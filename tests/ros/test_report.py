@@ -67,8 +67,12 @@ def test_bag_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = write_bag(tmp_path / "bag")
     assert main([str(file), "--no-figures"]) == 0
     report = file.parent / "report.html"
-    assert capsys.readouterr().out == f"{report}\n"
+    told = capsys.readouterr()
+    assert told.out == f"{report}\n"
     page = Page(report.read_text())
+    lacking = ", ".join((*(f"/{vehicle}/rotor_speeds" for vehicle in VEHICLES), "/formation/solver"))
+    assert told.err == f"{file}: no message on {lacking}; left blank in the report\n"
+    assert f"Not recorded: {lacking}" in page.text
     assert "The recording ends after 30 of 540 control steps." in page.text
     assert page.tables["versions"] == [["relform", "7.8.9"]]
     np.testing.assert_allclose(unpack(page.data["position"])[:, 0, 0], 0.1 * np.arange(STEPS), rtol=1e-6)

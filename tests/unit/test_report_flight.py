@@ -176,7 +176,9 @@ def test_recording_that_ends_early_says_so() -> None:
     log = perfect_builder(paper_scenario(), PHASES).build()
     ending = ending_from_log(log)
     assert ending.outcome is Outcome.INTERRUPTED
-    assert "The recording ends after 90 of 540 control steps." in Page(flight_page(log, ending, {})).text
+    page = Page(flight_page(log, ending, {}))
+    assert "The recording ends after 90 of 540 control steps." in page.text
+    assert "Not recorded" not in page.text
 
 
 @pytest.mark.parametrize("phases", [["A"], ["A"] * 20 + ["B"]])
@@ -189,6 +191,9 @@ def test_short_flights_and_what_was_not_recorded(phases: list[str]) -> None:
     rows = {label: value for label, value, _ in page.tables["compared"][1:]}
     assert rows["rotor speed, maximum"] == "-"
     assert "real-time factor" not in rows  # unknown, and the paper says nothing of it
+    assert (
+        "Not recorded: /leader/rotor_speeds, /follower_1/rotor_speeds, /follower_2/rotor_speeds" in page.text
+    )
     assert "nan" not in page.text.lower().split()
 
 

@@ -8,7 +8,12 @@ from pathlib import Path
 from relform_core.errors import BagError, RelformError
 from relform_tools.bag_reader import find_bag
 from relform_tools.report.flight_page import write_flight_report
-from relform_tools.report.flight_source import ending_from_log, ending_from_run, versions_from_bag
+from relform_tools.report.flight_source import (
+    ending_from_log,
+    ending_from_run,
+    unrecorded_topics,
+    versions_from_bag,
+)
 from relform_tools.report.sweep_page import write_sweep_report
 from relform_tools.report.sweep_source import is_sweep, read_sweep
 from relform_tools.sweep_folder import REPORT as SWEEP
@@ -70,6 +75,8 @@ def report_flight(source: Path, out: Path, with_figures: bool) -> None:
     log = read_flight_log(file)
     ending, versions = ending_from_run(source) or (ending_from_log(log), versions_from_bag(file))
     write_flight_report(out, log, ending, versions)
+    if unrecorded := unrecorded_topics(log):
+        print(f"{file}: no message on {', '.join(unrecorded)}; left blank in the report", file=sys.stderr)
     print(out, flush=True)
     if with_figures:
         from relform_tools.paper_figures import draw_paper_figures  # matplotlib takes a second to import

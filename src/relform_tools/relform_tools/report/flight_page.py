@@ -11,6 +11,7 @@ from relform_tools.flown_phases import flown_phases, step_times
 from relform_tools.metrics import flight_metrics, formation_errors, scored_pairs
 from relform_tools.panels import Panel, flight_panels, pair_label
 from relform_tools.paper_claims import COMPARED, FOOTNOTE, FORMATION_STEADY_MEAN_M
+from relform_tools.report.flight_source import unrecorded_topics
 from relform_tools.report.packing import pack
 from relform_tools.report.page import render, write_page
 from relform_tools.report.tiles import headline_tiles
@@ -56,6 +57,7 @@ def flight_page(log: FlightLog, ending: Ending, versions: Mapping[str, str | Non
         summary=summary,
         completed=ending.outcome is Outcome.COMPLETED,
         reasons=_reasons(log, ending),
+        unrecorded=unrecorded_topics(log),
         tiles=headline_tiles(summary.get, _notes(summary)),
         compared=[
             (row.label, row.text(summary[row.key]), row.paper, row.holds(summary[row.key]))

@@ -4,6 +4,8 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from relform_core.errors import RelformError
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_tools.bag_reader import BagAttachment, BagMessage, read_bag
@@ -26,6 +28,13 @@ def ending_from_log(log: FlightLog) -> Ending:
         reason = f"The recording ends after {len(log.phase)} of {planned} control steps."
         return Ending(Outcome.INTERRUPTED, reason, 0.0, flown)
     return Ending(Outcome.COMPLETED, None, 0.0, flown)
+
+
+def unrecorded_topics(log: FlightLog) -> list[str]:
+    """Topics of which the log has nothing, so that a report leaves blank what they tell."""
+    topics = {f"/{name}/rotor_speeds": log.rotor_speeds[:, index] for index, name in enumerate(log.vehicles)}
+    topics["/formation/solver"] = log.solver["status"]
+    return [topic for topic, values in topics.items() if not np.isfinite(values).any()]
 
 
 def ending_from_run(folder: Path) -> tuple[Ending, Versions] | None:
