@@ -129,9 +129,7 @@ def test_who_falls_silent_is_named_in_time(
 
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
-def test_signals_end_every_node(
-    signum: int, tmp_path: Path, domain_id: int, observer: Observer
-) -> None:
+def test_signals_end_every_node(signum: int, tmp_path: Path, domain_id: int, observer: Observer) -> None:
     ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
     with Nodes(paper_scenario(short(20.0)), tmp_path, domain_id) as nodes:
         for name in (*VEHICLES, "controller", "clock"):
