@@ -51,7 +51,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
     verb = verbs.add("call", call)
     add_service_argument(verb)
-    completed_by(complete_type, verb.add_argument("service_type", help="such as std_srvs/srv/Trigger"))
+    completed_by(
+        complete_type_of_service, verb.add_argument("service_type", help="such as std_srvs/srv/Trigger")
+    )
     values = verb.add_mutually_exclusive_group()
     completed_by(
         complete_values,
@@ -78,6 +80,12 @@ def complete_service(parsed_args: Namespace, **_: object) -> list[str]:
 
 def complete_type(**_: object) -> list[str]:
     return all_interfaces("srv")
+
+
+def complete_type_of_service(parsed_args: Namespace, **_: object) -> list[str]:
+    """The types of the service that stands before; all, where it has none."""
+    with glanced_at(parsed_args) as node:
+        return dict(services(node, include_hidden=True)).get(parsed_args.service_name) or complete_type()
 
 
 def complete_values(parsed_args: Namespace, **_: object) -> list[str]:

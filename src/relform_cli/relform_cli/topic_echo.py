@@ -17,10 +17,10 @@ from relform_cli.argument_types import non_negative_int, positive_float
 from relform_cli.completion import completed_by
 from relform_cli.errors import CommandError
 from relform_cli.graph import add_graph_arguments, discover, graph_node, spin
-from relform_cli.interfaces import all_interfaces, message_class
+from relform_cli.interfaces import message_class
 from relform_cli.message_text import TextStyle, is_message, to_csv, to_yaml
 from relform_cli.qos import add_qos_arguments, listener_profile
-from relform_cli.topic_names import add_topic_argument, discover_topic
+from relform_cli.topic_names import add_topic_argument, complete_message_type, discover_topic
 
 DEFAULT_TRUNCATE_LENGTH = 128
 
@@ -29,7 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_graph_arguments(parser)
     add_topic_argument(parser)
     completed_by(
-        lambda **_: all_interfaces("msg"),
+        complete_message_type,
         parser.add_argument(
             "message_type", nargs="?", help="such as std_msgs/msg/String; default: as published"
         ),

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from relform_cli.completion import completed_by
 from relform_cli.errors import CommandError
 from relform_cli.graph import POLL_PERIOD_S, discover, full_topic_name, glanced_at, topics
-from relform_cli.interfaces import message_class
+from relform_cli.interfaces import all_interfaces, message_class
 
 
 def add_topic_argument(parser: ArgumentParser, dest: str = "topic_name") -> None:
@@ -19,6 +19,12 @@ def add_topic_argument(parser: ArgumentParser, dest: str = "topic_name") -> None
 def complete_topic(parsed_args: Namespace, **_: object) -> list[str]:
     with glanced_at(parsed_args) as node:
         return [name for name, _ in topics(node, parsed_args.include_hidden_topics)]
+
+
+def complete_message_type(parsed_args: Namespace, **_: object) -> list[str]:
+    """The types of the topic that stands before; all, where it has none."""
+    with glanced_at(parsed_args) as node:
+        return topic_types(node, parsed_args.topic_name) or all_interfaces("msg")
 
 
 def discover_topic(node: Node, topic: str, arguments: Namespace, wait: bool = False) -> Any:

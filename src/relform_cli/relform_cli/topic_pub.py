@@ -13,11 +13,11 @@ from relform_cli.argument_types import non_negative_int, positive_float
 from relform_cli.completion import completed_by
 from relform_cli.errors import CommandError
 from relform_cli.graph import add_spin_arguments, graph_node, spin
-from relform_cli.interfaces import all_interfaces, message_class
+from relform_cli.interfaces import message_class
 from relform_cli.message_fields import message_from_yaml
 from relform_cli.message_text import to_yaml
 from relform_cli.qos import add_qos_arguments, qos_profile
-from relform_cli.topic_names import add_topic_argument
+from relform_cli.topic_names import add_topic_argument, complete_message_type
 
 WAIT_PERIOD_S = 0.1
 POLLS_PER_NOTICE = 10
@@ -26,7 +26,7 @@ POLLS_PER_NOTICE = 10
 def add_arguments(parser: ArgumentParser) -> None:
     add_topic_argument(parser)
     completed_by(
-        lambda **_: all_interfaces("msg"),
+        complete_message_type,
         parser.add_argument("message_type", help="such as std_msgs/msg/String"),
     )
     values = parser.add_mutually_exclusive_group()
