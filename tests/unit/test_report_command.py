@@ -28,6 +28,13 @@ def test_empty_folder_is_neither_flight_nor_sweep(tmp_path: Path, capsys: pytest
     assert not list(tmp_path.iterdir())
 
 
+def test_sweep_that_was_interrupted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "runs").mkdir()
+    assert error_of(capsys, tmp_path).endswith(
+        "no sweep: there is no sweep.json in it; the command that flew its runs goes on, and writes one"
+    )
+
+
 def test_empty_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "sweep.json").touch()
     (tmp_path / "runs.csv").touch()

@@ -19,6 +19,8 @@ from relform_tools.sweep_plan import Run, Variant
 
 TABLE = "runs.csv"
 REPORT = "sweep.json"
+RUNS = "runs"
+"""Folder with a file per finished run."""
 FORMAT_VERSION = 1
 
 
@@ -40,9 +42,9 @@ class SweepFolder:
 
     def __enter__(self) -> Self:
         try:
-            (self.path / "runs").mkdir(parents=True, exist_ok=True)
+            (self.path / RUNS).mkdir(parents=True, exist_ok=True)
             # The system releases the lock when this process ends, however it does.
-            self._lock = os.open(self.path / "runs", os.O_RDONLY)
+            self._lock = os.open(self.path / RUNS, os.O_RDONLY)
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._lock)
@@ -114,10 +116,10 @@ class SweepFolder:
         return report
 
     def _row_file(self, run: Run) -> Path:
-        return self.path / "runs" / f"{run.name}.json"
+        return self.path / RUNS / f"{run.name}.json"
 
     def _log_file(self, run: Run) -> Path:
-        return self.path / "runs" / f"{run.name}.npz"
+        return self.path / RUNS / f"{run.name}.npz"
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -17,6 +17,7 @@ from relform_tools.report.flight_source import (
 from relform_tools.report.sweep_page import write_sweep_report
 from relform_tools.report.sweep_source import is_sweep, read_sweep
 from relform_tools.sweep_folder import REPORT as SWEEP
+from relform_tools.sweep_folder import RUNS
 
 REPORT = "report.html"
 FIGURES = "figures"
@@ -68,6 +69,8 @@ def report_flight(source: Path, out: Path, with_figures: bool) -> None:
         file = find_bag(source)
     except BagError as error:
         neither = f", and no sweep: there is no {SWEEP} in it" if source.is_dir() else ""
+        if (source / RUNS).is_dir():
+            neither += "; the command that flew its runs goes on, and writes one"
         raise BagError(f"{error}{neither}") from None
     # Reading serialized messages needs ROS; sweeps do without.
     from relform_tools.flight_reader import read_flight_log
