@@ -40,8 +40,8 @@ def test_no_fault() -> None:
     ("changes", "description"),
     [
         (
-            {"p_NB_N": np.array([0.0, 2.5, 2.19])},
-            "follower_1 collided with follower_2 (0.31 m apart, at least 0.50 m are needed)",
+            {"p_NB_N": np.array([0.0, 2.5, 2.003])},
+            "follower_1 collided with follower_2 (0.497 m apart, at least 0.5 m are needed)",
         ),
         (
             {"p_NB_N": np.array([0.0, 1.5, -0.02])},
@@ -67,14 +67,14 @@ def test_faults(changes: dict[str, Any], description: str) -> None:
 
 
 def test_both_report_a_collision() -> None:
-    states = team(p_NB_N=np.array([0.0, 2.5, 2.19]))
-    assert find_fault(VEHICLE, "follower_2", states).startswith("follower_2 collided with follower_1 (0.31 m")
+    states = team(p_NB_N=np.array([0.0, 2.5, 2.003]))
+    assert find_fault(VEHICLE, "follower_2", states).startswith("follower_2 collided with follower_1 (0.497 m")
 
 
 def test_the_nearest_is_named() -> None:
     states = team(p_NB_N=np.array([0.0, 2.3, 2.5]))
     states["leader"] = replace(states["leader"], p_NB_N=np.array([0.0, 2.0, 2.5]))
-    assert "follower_1 collided with follower_2 (0.20 m" in find_fault(VEHICLE, "follower_1", states)
+    assert "follower_1 collided with follower_2 (0.200 m" in find_fault(VEHICLE, "follower_1", states)
 
 
 @pytest.mark.parametrize(("tilt_deg", "is_fault"), [(84.9, False), (85.1, True), (180.0, True)])

@@ -23,7 +23,7 @@ def find_fault(config: VehicleConfig, name: str, ground_truth: Mapping[str, Odom
     nearest = min(distances, key=distances.__getitem__)
     needed = 2.0 * config.collision_radius
     if (apart := distances[nearest]) < needed:
-        return f"{name} collided with {nearest} ({apart:.2f} m apart, at least {needed:.2f} m are needed)"
+        return f"{name} collided with {nearest} ({apart:.3f} m apart, at least {needed:g} m are needed)"
     if (height := float(own.p_NB_N[2])) <= 0.0:
         return f"{name} touched the ground (at a height of {height:.2f} m, above 0 is needed)"
     if (tilt := _tilt(own)) > config.tilt_max:
