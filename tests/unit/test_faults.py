@@ -68,7 +68,7 @@ def test_faults(changes: dict[str, Any], description: str) -> None:
 
 def test_both_report_a_collision() -> None:
     states = team(p_NB_N=np.array([0.0, 2.5, 2.003]))
-    assert find_fault(VEHICLE, "follower_2", states).startswith("follower_2 collided with follower_1 (0.497 m")
+    assert find_fault(VEHICLE, "follower_2", states).startswith("follower_2 collided with follower_1 (0.497 ")
 
 
 def test_the_nearest_is_named() -> None:
