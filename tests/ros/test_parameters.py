@@ -119,7 +119,7 @@ class ChangedFlight:
         self.refusal = controller.set_at_once({FORMATION: place, "weights.terminal_scale": 3.0, WEIGHT: 0.0})
         self.refusals = controller.set({WEIGHT: -2.0, FORMATION: [-1.0, 0.5, -0.4], "scenario": "x"})
         self.refusals += follower.set(
-            {"tilt_max_deg": 181.0, "observers": ["/x"], "failsafe.plan_max_s": "x"}
+            {"tilt_max_deg": 181.0, "observers": ["/x"], "failsafe.plan_max_s": "x", "tilt_max": 1.0}
         )
         self.untouched = controller.get(*names) == before
         self.accepted = [
@@ -170,7 +170,7 @@ def test_what_a_node_was_started_with_holds_from_the_first_step_on(flown: Change
 
 def test_refusals_name_key_value_and_bound(flown: ChangedFlight) -> None:
     assert flown.refusal == f"{WEIGHT}: must be greater than 0 (got 0.0)"
-    negative, near, read_only, tilt, observers, text = flown.refusals
+    negative, near, read_only, tilt, observers, text, unknown = flown.refusals
     for part in (WEIGHT, "-2.0", "Min: 0.0"):
         assert part in negative
     assert near.startswith("formation is impossible: 'follower_1' and 'follower_2' are 0.100 m apart")
@@ -180,6 +180,7 @@ def test_refusals_name_key_value_and_bound(flown: ChangedFlight) -> None:
         assert part in tilt
     assert "observers" in observers
     assert "DOUBLE" in text
+    assert "tilt_max'" in unknown
 
 
 def test_of_a_change_with_one_bad_value_nothing_happens(flown: ChangedFlight) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Generic, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -91,6 +92,9 @@ class LiveParameters(Generic[T]):
     # rclpy lets a change be amended, checks it, asks, and tells when all have agreed: it is whole or is none.
 
     def _before_set(self, parameters: list[Parameter]) -> list[Parameter]:
+        unknown = [each.name for each in parameters if not self._node.has_parameter(each.name)]
+        if unknown:  # rclpy would refuse them as well, but its list of names misses the first
+            raise ParameterNotDeclaredException(unknown)
         return [
             Parameter(each.name, value=doubles(each.value)) if each.name in self.tuning.tunables else each
             for each in parameters
