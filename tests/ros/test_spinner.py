@@ -10,7 +10,7 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 
 from relform_ros import run_node
-from relform_ros.qos import LATCHED
+from relform_ros.qos import LATCHED, LOCKSTEP
 from relform_ros.raw import raw_stamp_ns, subscribe_raw
 from relform_ros.run_node import Spinner
 
@@ -68,3 +68,15 @@ def test_error_of_a_missed_callback_is_raised(node: Node, monkeypatch: pytest.Mo
     node.create_publisher(Header, "/decoded", LATCHED).publish(Header())
     with pytest.raises(ValueError, match="of the callback"):
         spinner.until(lambda: False)
+
+
+def test_leaves_to_the_executor_what_is_no_message(node: Node) -> None:
+    """A reader whom a writer cannot serve is an event; it can be waited for in one way only."""
+    spinner = Spinner(node)
+    topics = [f"/volatile_{number}" for number in range(5)]
+    writers = [node.create_publisher(Header, topic, LOCKSTEP) for topic in topics]
+    spinner.drain(0.1)
+    for topic in topics:
+        node.create_subscription(Header, topic, lambda _: None, LATCHED)
+    spinner.drain(0.3)
+    assert [writer.get_subscription_count() for writer in writers] == [0] * len(writers)

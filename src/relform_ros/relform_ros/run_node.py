@@ -1,21 +1,21 @@
 """How every node of relform starts, waits and ends."""
 
+import inspect
 import re
 import signal
 import sys
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from types import FrameType
-from typing import Protocol
+from typing import Any, Protocol
 
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 from rclpy.utilities import try_shutdown
 
 from relform_core.errors import ConfigError, FlightError, RelformError
@@ -57,7 +57,6 @@ class Spinner:
         self._node = node
         self._executor = EventsExecutor(context=node.context)
         self._executor.add_node(node)
-        self._polling = SingleThreadedExecutor(context=node.context)
         self._watch = watch
         self._interrupted = False
 
@@ -99,13 +98,21 @@ class Spinner:
             self._run_missed()
 
     def _run_missed(self) -> None:
-        """Run the callbacks of all that is there to be taken, whether it was heard of or not."""
-        with suppress(TimeoutException):
-            while True:
-                task, _, _ = self._polling.wait_for_ready_callbacks(timeout_sec=0.0, nodes=[self._node])
-                task()
-                if (error := task.exception()) is not None:
-                    raise error
+        """Run the callbacks of all messages that are there to be taken, whether they were heard of or not."""
+        for subscription in list(self._node.subscriptions):
+            while (taken := _take(subscription)) is not None:
+                # Whether a callback wants the info, rclpy sees by its signature, too.
+                n_arguments = len(inspect.signature(subscription.callback).parameters)
+                subscription.callback(*taken[:n_arguments])
+
+
+def _take(subscription: Subscription) -> tuple[Any, Any] | None:
+    """The next message of a subscription and its info."""
+    with subscription.handle:
+        taken: tuple[Any, Any] | None = subscription.handle.take_message(
+            subscription.msg_type, subscription.raw
+        )
+    return taken
 
 
 def run_node(
