@@ -17,8 +17,8 @@ def main() -> int:
     parser.add_argument("bag", type=Path, metavar="BAG", help="bag, or folder of a run")
     parser.add_argument("--rates", type=float, nargs="+", default=[1.0, 5.0, 0.2], metavar="RATE")
     arguments = parser.parse_args()
-    from relform_tools.bringup_domain import claimed_domain
-    from relform_tools.playback_check_node import check_playback  # needs ROS, the help does not
+    from relform_bags.nodes.playback_check import check_playback  # needs ROS, the help does not
+    from relform_core.ros_domain import claimed_domain
 
     print("rate   messages   heard   in order   late by: median    95 %     max")
     complete = True

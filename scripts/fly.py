@@ -7,7 +7,7 @@ EXIT_INTERRUPTED = 130
 
 if __name__ == "__main__":
     try:
-        from relform_tools.bringup_command import main  # takes a while
+        from relform_bringup.command import main  # takes a while
 
         sys.exit(main())
     except KeyboardInterrupt:

@@ -3,8 +3,8 @@
 
 import sys
 
-from relform_tools.foxglove_command import main
-from relform_tools.script import run_script
+from relform_bags.foxglove.command import main
+from relform_core.script import run_script
 
 if __name__ == "__main__":
     sys.exit(run_script(main))

@@ -6,9 +6,9 @@ import sys
 from datetime import datetime
 from pathlib import Path
 
+from relform_bags.recover import recover_bag
+from relform_bags.split_limits import SplitLimits
 from relform_core.errors import RelformError
-from relform_tools.bag_limits import SplitLimits
-from relform_tools.bag_recover import recover_bag
 
 
 def main() -> int:
@@ -57,7 +57,7 @@ def recover(folder: Path) -> int:
 
 
 def record(parameters: dict[str, str]) -> int:
-    from relform_tools.recorder_node import main as run_recorder  # needs ROS, recovering does not
+    from relform_bags.nodes.recorder import main as run_recorder  # needs ROS, recovering does not
 
     sys.argv = [sys.argv[0], "--ros-args", "--log-level", "warn"]
     for name, value in parameters.items():

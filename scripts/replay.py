@@ -2,8 +2,8 @@
 
 import sys
 
-from relform_tools.replay_command import main
-from relform_tools.script import run_script
+from relform_analysis.replay.command import main
+from relform_core.script import run_script
 
 if __name__ == "__main__":
     sys.exit(run_script(main))

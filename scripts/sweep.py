@@ -3,8 +3,8 @@
 
 import sys
 
-from relform_tools.script import run_script
-from relform_tools.sweep_command import main
+from relform_analysis.sweep.command import main
+from relform_core.script import run_script
 
 if __name__ == "__main__":
     sys.exit(run_script(main))

@@ -17,5 +17,5 @@ setup(
     ],
     install_requires=["setuptools"],
     zip_safe=False,
-    entry_points={"console_scripts": ["leader = relform_controller.leader_node:main"]},
+    entry_points={"console_scripts": ["controller = relform_controller.nodes.controller:main"]},
 )

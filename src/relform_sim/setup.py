@@ -19,8 +19,8 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "quadrotor = relform_sim.quadrotor_node:main",
-            "clock = relform_sim.clock_node:main",
+            "quadrotor = relform_sim.nodes.quadrotor:main",
+            "clock = relform_sim.nodes.clock:main",
         ]
     },
 )

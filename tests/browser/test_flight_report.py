@@ -9,10 +9,10 @@ import pytest
 from playwright.sync_api import Locator, Page
 from scipy.spatial.transform import Rotation
 
-from relform_tools.flight_log import FlightLog
-from relform_tools.metrics import formation_errors, scored_pairs
-from relform_tools.report.flight_page import write_flight_report
-from relform_tools.report.flight_source import ending_from_log
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.metrics import formation_errors, scored_pairs
+from relform_analysis.report.flight_page import write_flight_report
+from relform_analysis.report.flight_source import ending_from_log
 from support.logs import perfect_builder
 from support.scenarios import paper_scenario
 

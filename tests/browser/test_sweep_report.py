@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from relform_tools.report.sweep_page import write_sweep_report
-from relform_tools.report.sweep_source import read_sweep
-from relform_tools.statistics import aggregate
+from relform_analysis.report.sweep_page import write_sweep_report
+from relform_analysis.report.sweep_source import read_sweep
+from relform_analysis.sweep.statistics import aggregate
 
 from .conftest import Tab
 

@@ -8,10 +8,10 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.simulate import fly_in_process
 from relform_core.load import LoadedScenario
 from relform_core.units import rad_s_to_rpm
-from relform_tools.flight import fly_in_process
-from relform_tools.flight_log import FlightLog
 from support.flights import AGILE
 from support.scenarios import NOISE_FREE, paper_scenario, team_of
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from relform_analysis.evaluation import ablation_figure
+from relform_analysis.evaluation.claims import compared_numbers, of_variant, targets, unkept
+from relform_analysis.evaluation.command import main
+from relform_analysis.evaluation.plan import FULL, plan_evaluation
+from relform_analysis.plots import over_time as paper_plot
+from relform_analysis.sweep.plan import load_variants
 from relform_core.errors import ConfigError
-from relform_tools import paper_plot
-from relform_tools.evaluation import ablation_figure
-from relform_tools.evaluation.claims import compared_numbers, of_variant, targets, unkept
-from relform_tools.evaluation.command import main
-from relform_tools.evaluation.plan import FULL, plan_evaluation
-from relform_tools.sweep_plan import load_variants
 from support.scenarios import PAPER, paper_scenario
 from support.sweeps import BASE, files_of, short_phases
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from relform_tools.sweep import fly, fly_all, in_order
-from relform_tools.sweep_command import main
-from relform_tools.sweep_folder import SweepFolder
-from relform_tools.sweep_session import executor_for
+from relform_analysis.sweep.command import main
+from relform_analysis.sweep.folder import SweepFolder
+from relform_analysis.sweep.runs import fly, fly_all, in_order
+from relform_analysis.sweep.session import executor_for
 from support.scenarios import PAPER
 from support.sweeps import BASE, LOOSE, files_of, short_phases, short_runs, without_times
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from relform_tools.bag_reader import BagMessage, bag_files, read_bag
+from relform_bags.reader import BagMessage, bag_files, read_bag
 from support.processes import wait_until
 
 WORKSPACE = Path(__file__).parents[2]

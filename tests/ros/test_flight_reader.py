@@ -11,10 +11,10 @@ from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
+from relform_analysis.flight.from_bag import read_flight_log
+from relform_bags.writer import CONFIG_ATTACHMENT, BagWriter
 from relform_core.errors import BagError
 from relform_msgs.msg import FormationReference, RelativePosition
-from relform_tools.bag_writer import CONFIG_ATTACHMENT, BagWriter
-from relform_tools.flight_reader import read_flight_log
 from support.scenarios import paper_scenario
 
 SCENARIO = paper_scenario(seed=11)

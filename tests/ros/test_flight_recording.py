@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from relform_analysis.flight.from_bag import read_flight_log
+from relform_analysis.flight.simulate import fly_in_process
+from relform_bags.reader import BagMessage, read_bag
 from relform_core.load import LoadedScenario
 from relform_ros.topics import RECORDER_NODE, topic_table
-from relform_tools.bag_reader import BagMessage, read_bag
-from relform_tools.flight import fly_in_process
-from relform_tools.flight_reader import read_flight_log
 from support.processes import without_middleware
 from support.scenarios import paper_scenario
 
@@ -45,8 +45,8 @@ def flight(
         for vehicle in scenario.config.team.vehicles
     }
     output = f"output:={folder / 'bag'}"
-    nodes["recorder"] = start("relform_tools", "recorder", "-p", output, preexec_fn=limit_recorder)
-    nodes["controller"] = start("relform_controller", "leader")
+    nodes["recorder"] = start("relform_bags", "recorder", "-p", output, preexec_fn=limit_recorder)
+    nodes["controller"] = start("relform_controller", "controller")
     nodes["clock"] = start("relform_sim", "clock")
     try:
         yield nodes

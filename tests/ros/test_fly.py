@@ -15,12 +15,12 @@ from typing import Any, Self
 import numpy as np
 import pytest
 
+from relform_analysis.flight.from_bag import read_flight_log
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.simulate import fly_in_process
+from relform_analysis.replay.command import EQUAL
+from relform_analysis.replay.command import main as replay
 from relform_core.load import load_scenario
-from relform_tools.flight import fly_in_process
-from relform_tools.flight_log import FlightLog
-from relform_tools.flight_reader import read_flight_log
-from relform_tools.replay_command import EQUAL
-from relform_tools.replay_command import main as replay
 from support.nodes import short
 from support.processes import processes_naming, wait_until
 from support.scenarios import PAPER
@@ -210,9 +210,9 @@ def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
     ("marks", "name"),
     [
         (("lib/relform_sim/quadrotor", "__ns:=/leader"), "/leader/quadrotor"),
-        (("lib/relform_controller/leader",), "/formation/controller"),
+        (("lib/relform_controller/controller",), "/formation/controller"),
         (("lib/relform_sim/clock",), "/sim/clock"),
-        (("lib/relform_tools/recorder",), "/recorder"),
+        (("lib/relform_bags/recorder",), "/recorder"),
     ],
     ids=["vehicle", "controller", "clock", "recorder"],
 )

@@ -15,6 +15,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
+from relform_analysis.flight.simulate import fly_in_process
 from relform_msgs.msg import FormationEvent, FormationReference, RelativePosition, RotorSpeeds, StepDone
 from relform_msgs.srv import SetFormation
 from relform_ros.fields import stamp_from_msg, stamp_to_msg
@@ -27,7 +28,6 @@ from relform_ros.topics import (
     step_done_topic,
     vehicle_node,
 )
-from relform_tools.flight import fly_in_process
 from support.nodes import Nodes, short
 from support.observer import Observer
 from support.scenarios import paper_scenario

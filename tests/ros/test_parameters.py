@@ -22,13 +22,13 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 
+from relform_analysis.replay.from_bag import read_recorded_flight
+from relform_analysis.replay.replay import replay
+from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_msgs.msg import FormationEvent, FormationReference, FormationState, StepDone
 from relform_ros.events import parameters_from_msg
 from relform_ros.qos import LATCHED
 from relform_ros.topics import CONTROLLER_NODE, EVENTS, RECORDER_NODE, REFERENCE, vehicle_node
-from relform_tools.bag_reader import BagMessage, find_bag, read_bag
-from relform_tools.replay import replay
-from relform_tools.replay_reader import read_recorded_flight
 from support.nodes import HOVER, Nodes, short
 from support.observer import Observer
 from support.scenarios import paper_scenario

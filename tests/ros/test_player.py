@@ -18,15 +18,15 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
-from relform_tools.bag_limits import SplitLimits
-from relform_tools.bag_reader import BagMessage, bag_files, read_bag
-from relform_tools.bag_writer import BagWriter
-from relform_tools.playback_check_node import check_playback
+from relform_bags.nodes.playback_check import check_playback
+from relform_bags.reader import BagMessage, bag_files, read_bag
+from relform_bags.split_limits import SplitLimits
+from relform_bags.writer import BagWriter
 from support.bags import typestore
 
 WORKSPACE = Path(__file__).parents[2]
 SHORT_FLIGHT = WORKSPACE / "tests/data/short_flight"
-PLAYER = WORKSPACE / "install/relform_tools/lib/relform_tools/player"
+PLAYER = WORKSPACE / "install/relform_bags/lib/relform_bags/player"
 STEPS, TICKS = 40, 41
 DEEP = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Gets what was published before it was discovered, too."""

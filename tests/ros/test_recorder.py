@@ -15,12 +15,12 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from relform_tools.bag_reader import BagMessage, bag_files, read_bag
-from relform_tools.bag_recover import recover_bag
+from relform_bags.reader import BagMessage, bag_files, read_bag
+from relform_bags.recover import recover_bag
 from support.processes import wait_until, without_middleware
 
 WORKSPACE = Path(__file__).parents[2]
-RECORDER = WORKSPACE / "install/relform_tools/lib/relform_tools/recorder"
+RECORDER = WORKSPACE / "install/relform_bags/lib/relform_bags/recorder"
 RECORD = WORKSPACE / "scripts/record.py"
 
 PUBLISHER = """

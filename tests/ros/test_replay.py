@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from relform_analysis.flight.from_bag import load_attached_scenario, read_flight_log
+from relform_analysis.replay.command import DIFFERENT, EQUAL, TROUBLE, main
+from relform_analysis.replay.from_bag import RecordedFlight, read_recorded_flight
+from relform_analysis.replay.replay import replay
+from relform_bags.reader import BagAttachment, BagMessage, bag_files, read_bag
+from relform_bags.split_limits import SplitLimits
+from relform_bags.writer import BagWriter
 from relform_core.units import rpm_to_rad_s
-from relform_tools.bag_limits import SplitLimits
-from relform_tools.bag_reader import BagAttachment, BagMessage, bag_files, read_bag
-from relform_tools.bag_writer import BagWriter
-from relform_tools.flight_reader import load_attached_scenario, read_flight_log
-from relform_tools.replay import replay
-from relform_tools.replay_command import DIFFERENT, EQUAL, TROUBLE, main
-from relform_tools.replay_reader import RecordedFlight, read_recorded_flight
 
 WORKSPACE = Path(__file__).parents[2]
 SHORT_FLIGHT = WORKSPACE / "tests/data/short_flight"

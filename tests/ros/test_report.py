@@ -11,9 +11,9 @@ from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
+from relform_analysis.report.command import main
+from relform_bags.writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT, BagWriter
 from relform_msgs.msg import FormationReference, RelativePosition
-from relform_tools.bag_writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT, BagWriter
-from relform_tools.report.command import main
 from support.pages import Page, unpack
 from support.scenarios import paper_scenario
 

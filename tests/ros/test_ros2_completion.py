@@ -30,7 +30,7 @@ CASES = {
     "service call /alpha/set std_srvs/srv/S": ["std_srvs/srv/SetBool"],
     "interface show std_srvs/srv/T": ["std_srvs/srv/Trigger"],
     "interface package relform_m": ["relform_msgs"],
-    "pkg executables relform_to": ["relform_tools"],
+    "pkg executables relform_ba": ["relform_bags"],
     "run relform_sim ": ["clock", "quadrotor"],
     "topic echo /nope/": [],
 }

@@ -11,9 +11,9 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from relform_tools.bag_limits import SplitLimits
-from relform_tools.bag_metadata import OfferedQos
-from relform_tools.bag_writer import BagWriter
+from relform_bags.metadata import OfferedQos
+from relform_bags.split_limits import SplitLimits
+from relform_bags.writer import BagWriter
 
 LATCHED = OfferedQos(durability="transient_local")
 TOPICS = {

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from relform_analysis.flight.log import FlightLogBuilder
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry
-from relform_tools.flight_log import FlightLogBuilder
 
 FORMATION = {
     ("leader", "follower_1"): (-1.0, -0.5, -0.5),

@@ -11,9 +11,9 @@ from relform_core.load import LoadedScenario
 
 INSTALL = Path(__file__).parents[2] / "install"
 OTHERS = {
-    "controller": ("relform_controller", "leader"),
+    "controller": ("relform_controller", "controller"),
     "clock": ("relform_sim", "clock"),
-    "recorder": ("relform_tools", "recorder"),
+    "recorder": ("relform_bags", "recorder"),
 }
 HOVER = "{kind: hover, ramp_s: 0.0}"
 

@@ -7,9 +7,9 @@ import casadi as ca
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from relform_controller import layout
-from relform_controller.model import RigidBody, rk4_step
-from relform_controller.ocp import HorizonReference, Ocp, TeamGeometry
+from relform_controller.ocp import layout
+from relform_controller.ocp.model import RigidBody, rk4_step
+from relform_controller.ocp.problem import HorizonReference, Ocp, TeamGeometry
 from relform_core.scenario_config import ScenarioConfig
 from support.scenarios import paper_scenario, team_of
 from support.world import Array, random_team

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from relform_controller import layout
+from relform_controller.ocp import layout
 
 Array = npt.NDArray[np.float64]
 

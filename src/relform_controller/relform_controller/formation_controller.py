@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relform_controller import layout
-from relform_controller.algorithm import ModifiedRti, SolverReport
-from relform_controller.formation import FormationSchedule
-from relform_controller.frames import wrap_angle
-from relform_controller.kernels import Kernels
-from relform_controller.ocp import Array, HorizonReference, Ocp, Plan, TeamGeometry
-from relform_controller.raw_feedback import Feedback, Prediction, RawFeedback
-from relform_controller.trajectory import LeaderReference, LeaderTrajectory
-from relform_controller.warm_start import hover_plan, shift, transform
+from relform_controller.estimation.raw_feedback import Feedback, Prediction, RawFeedback
+from relform_controller.ocp import layout
+from relform_controller.ocp.frames import wrap_angle
+from relform_controller.ocp.problem import Array, HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.reference.formation import FormationSchedule
+from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
+from relform_controller.solver.algorithm import ModifiedRti, SolverReport
+from relform_controller.solver.kernels import Kernels
+from relform_controller.solver.warm_start import hover_plan, shift, transform
 from relform_core.controller_config import WeightsConfig
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig

@@ -1,0 +1,1 @@
+"""Flights in one process, metrics, replays, sweeps, plots and reports."""

@@ -1,0 +1,91 @@
+"""How fast it is: what an SQP step costs, and how much faster than real time a flight without ROS is."""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.simulate import fly_in_process
+from relform_analysis.sweep.session import positive
+from relform_core.errors import RelformError
+from relform_core.load import LoadedScenario, load_scenario
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+EXIT_ERROR = 2
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A flight, and what it took."""
+
+    log: FlightLog
+    cpu_time: float
+    """Of this process [s]; other processes do not count."""
+
+    @property
+    def flown(self) -> float:
+        """Simulation time [s]."""
+        return float(self.log.tick_ns[-1]) / NANOSECONDS_PER_SECOND
+
+    @property
+    def realtime_factor(self) -> float:
+        """On one core that it has for itself."""
+        return self.flown / self.cpu_time
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure and print; returns the exit code, 2 if the scenario cannot be flown."""
+    parser = argparse.ArgumentParser(prog="bench", description="Measure solver and flight, without ROS.")
+    parser.add_argument("--scenario", type=Path, default=Path("config/scenarios/paper.yaml"))
+    parser.add_argument("--flights", type=positive, default=5, help="flights to measure (default 5)")
+    parser.add_argument("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE")
+    options = parser.parse_args(arguments)
+    try:
+        scenario = load_scenario(options.scenario, options.overrides)
+        fly_in_process(scenario)  # not measured: it may have to compile
+        flights = [_timed(scenario.with_seed(seed)) for seed in range(1, 1 + options.flights)]
+    except RelformError as error:
+        print(f"bench: {error}", file=sys.stderr)
+        return EXIT_ERROR
+    Console().print(_table(scenario, flights))
+    return 0
+
+
+def _timed(scenario: LoadedScenario) -> Timed:
+    begin = time.process_time()
+    log = fly_in_process(scenario)
+    return Timed(log, time.process_time() - begin)
+
+
+def _table(scenario: LoadedScenario, flights: Sequence[Timed]) -> Table:
+    n_vehicles = len(scenario.config.team.vehicles)
+    title = (
+        f"{scenario.config.name}: {n_vehicles} vehicles, {len(flights)} flights of {flights[0].flown:.0f} s"
+    )
+    table = Table(title=title, title_justify="left", box=None)
+    for heading in ("", "median", "least", "most"):
+        table.add_column(heading, justify="left" if not heading else "right")
+
+    def add(name: str, values: Floats, digits: int) -> None:
+        numbers = (np.median(values), values.min(), values.max())
+        table.add_row(name, *(f"{number:.{digits}f}" for number in numbers))
+
+    def solver(name: str) -> Floats:
+        # The first control step iterates to convergence and is no measure of the others.
+        return np.concatenate([flight.log.solver[name][1:] for flight in flights])
+
+    prepare, feedback, steps = (solver(name) for name in ("prepare_time", "feedback_time", "sqp_steps"))
+    add("prepare, per control step (ms)", 1e3 * prepare, 2)
+    add("feedback, per control step (ms)", 1e3 * feedback, 2)
+    add("both, per SQP step (ms)", 1e3 * (prepare + feedback) / steps, 2)
+    add("SQP steps per control step", steps, 0)
+    add("CPU time of a flight (s)", np.array([flight.cpu_time for flight in flights]), 2)
+    add("real-time factor on one core", np.array([flight.realtime_factor for flight in flights]), 1)
+    return table

@@ -1,0 +1,94 @@
+"""What the paper claims, and the targets of this project, beside what was measured."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from relform_analysis.flight.metrics import scored_pairs
+from relform_analysis.flight.paper_claims import COMPARED, Compared
+from relform_analysis.flight.summary import Json
+from relform_core.scenario_config import TeamConfig
+
+SMALLER_IS_WORSE = ("separation_min_m", "view_margin_min_deg")
+
+
+@dataclass(frozen=True)
+class Target:
+    """A bound that the default tuning has to keep, on the mean over the flights."""
+
+    key: str
+    label: str
+    unit: str
+    bound: float
+    factor: float = 1.0
+
+    def holds(self, mean: float | None) -> bool:
+        """Whether it is kept."""
+        return mean is not None and self.factor * mean <= self.bound
+
+
+def pair_key(observer: str, target: str, number: str) -> str:
+    """Name of a number of a pair in the rows of a sweep."""
+    return f"pairs.{observer}.{target}.{number}"
+
+
+def worst(number: Compared) -> str:
+    """Which flight is the worst one: that with the largest number, or with the smallest."""
+    return "min" if number.key in SMALLER_IS_WORSE else "max"
+
+
+def compared_numbers(team: TeamConfig) -> list[Compared]:
+    """All that is compared with the paper, pair by pair, and what it claims without a number."""
+    mean, *others = (number for number in COMPARED if number.key != "realtime_factor")
+    pairs = [
+        replace(mean, key=pair_key(*pair, mean.key), label=f"{pair[0]} to {pair[1]}, steady, mean")
+        for pair in scored_pairs(team)
+    ]
+    more = [
+        Compared("leader_yaw_max_deg", "leader yaw error, maximum of all", "high in the turn only", "deg", 1),
+        Compared("follower_yaw_max_deg", "follower yaw error, maximum of all", "", "deg", 1),
+        Compared("phases.D.settling_s", "formation change settled after", "some time", "s", 2),
+        Compared("kkt_first_median", "KKT value, first SQP step, median", "", "", 0),
+        Compared("kkt_median", "KKT value, last SQP step, median", "small; tolerance 10", "", 1),
+        Compared("step_ms_max", "solver time per control step, maximum", "always < 50 ms", "ms", 1),
+    ]
+    return [mean, *pairs, *others, *more]
+
+
+def targets(team: TeamConfig) -> list[Target]:
+    """Bounds on the default tuning with raw feedback, over all its flights."""
+    pairs = [
+        Target(pair_key(*pair, "steady_mean_m"), f"{pair[0]} to {pair[1]}", "m", 0.075)
+        for pair in scored_pairs(team)
+    ]
+    return [
+        Target("steady_mean_m", "formation error, steady, mean", "m", 0.068),
+        *pairs,
+        Target("rotor_std_rpm", "rotor speed, standard deviation", "rpm", 650.0),
+        Target("saturated_fraction", "steps with a rotor at its limit", "%", 5.0, 100.0),
+        Target("leader_steady_mean_m", "leader position error, steady, mean", "m", 0.15),
+        Target("leader_yaw_steady_mean_deg", "leader yaw error, steady, mean", "deg", 3.0),
+    ]
+
+
+def unkept(variant: Json, team: TeamConfig) -> list[str]:
+    """What the variant misses, one line each."""
+    missed = [
+        f"{target.label}: not known"
+        if mean is None
+        else f"{target.label}: {target.factor * mean:.4g} {target.unit}, at most {target.bound:g} is wanted"
+        for target in targets(team)
+        if not target.holds(mean := mean_of(variant, target.key))
+    ]
+    lost = variant["runs"] - variant["completed"]
+    return [f"{lost} of {variant['runs']} flights not completed"] * bool(lost) + missed
+
+
+def mean_of(variant: Json, key: str) -> float | None:
+    """Mean of a number over the completed flights of a variant; None: no flight has it."""
+    mean: float | None = variant["metrics"].get(key, {}).get("mean")
+    return mean
+
+
+def of_variant(variants: Sequence[Json], name: str) -> Json:
+    """The statistics of one variant."""
+    return next(variant for variant in variants if variant["name"] == name)

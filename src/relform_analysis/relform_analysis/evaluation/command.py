@@ -1,0 +1,94 @@
+"""The command line of the evaluation: fly what is missing, draw, and say what came out."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from relform_analysis.evaluation.claims import of_variant, unkept
+from relform_analysis.evaluation.figures import draw_evaluation
+from relform_analysis.evaluation.plan import COLD, FEW, FULL, MANY, PAPER_TUNING, plan_evaluation
+from relform_analysis.evaluation.tables import PAGE, write_tables
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.sweep.folder import REPORT, SweepFolder
+from relform_analysis.sweep.plan import Run, load_variants
+from relform_analysis.sweep.session import executor_for, fly_shown, positive
+from relform_core.errors import RelformError
+from relform_core.installed import software_versions
+
+EXIT_MISSED, EXIT_ERROR, EXIT_INTERRUPTED = 1, 2, 130
+FIGURES = {FULL: "figures", PAPER_TUNING: "figures-paper-tuning"}
+"""Folder of the figures of each tuning."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the evaluation; returns 0, 1 if a target is missed, 2 if it cannot be done, 130 if interrupted."""
+    options = _parser().parse_args(arguments)
+    try:
+        page, missed = evaluate(options)
+    except RelformError as error:
+        print(f"paper: {error}", file=sys.stderr)
+        return EXIT_ERROR
+    except KeyboardInterrupt:
+        print("\npaper: interrupted; the same command goes on from there", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    print(page)
+    print(f"All of it is in {options.out}: {PAGE}, tables, {', '.join(FIGURES.values())}.")
+    for line in missed:
+        print(f"paper: target missed: {line}", file=sys.stderr)
+    return EXIT_MISSED if missed else 0
+
+
+def evaluate(options: argparse.Namespace) -> tuple[str, list[str]]:
+    """The page with all tables, and what the default tuning misses.
+
+    Raises:
+        RelformError: something cannot be flown or written.
+    """
+    variants = load_variants(options.variants)
+    runs = plan_evaluation(options.scenario, variants, options.few, options.many)
+    with (
+        SweepFolder(options.out) as folder,
+        executor_for(options.jobs, options.scheduler) as executor,
+    ):
+        rows = fly_shown(runs, folder, executor, Console(stderr=True))
+        report = folder.conclude(str(options.scenario), variants, rows, software_versions())
+        finished = {(row["variant"], row["seed"]) for row in rows if row["outcome"] != "failed"}
+        logs = _logs(folder, [run for run in runs if (run.variant, run.seed) in finished])
+    team = runs[0].scenario.config.team
+    page = write_tables(options.out, rows, report, team, options.few)
+    for tuning, name in FIGURES.items():
+        draw_evaluation(options.out / name, logs, report["variants"], tuning)
+    return page, unkept(of_variant(report["variants"], FULL), team)
+
+
+def _logs(folder: SweepFolder, runs: Sequence[Run]) -> dict[str, list[FlightLog]]:
+    logs: dict[str, list[FlightLog]] = {name: [] for name in (*COLD, *COLD.values())}
+    for run in runs:
+        if run.keeps_log:
+            logs[run.variant].append(folder.log(run))
+    for name, flights in logs.items():
+        if not flights:
+            raise RelformError(f"no flight of '{name}' could be flown; {folder.path / REPORT} says why")
+    return logs
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="paper", description="Fly the paper's evaluation and redraw its figures; resumable."
+    )
+    parser.add_argument("--scenario", type=Path, default=Path("config/scenarios/paper.yaml"))
+    parser.add_argument("--variants", type=Path, default=Path("config/sweeps/ablation.yaml"))
+    parser.add_argument(
+        "--out", type=Path, default=Path("runs/paper-evaluation"), help="folder of the results"
+    )
+    parser.add_argument(
+        "--jobs", type=positive, default=os.cpu_count() or 1, help="processes (default: one per core)"
+    )
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="fly on this Dask cluster instead")
+    parser.add_argument("--few", type=positive, default=FEW, help=f"seeds of each ablation (default {FEW})")
+    parser.add_argument("--many", type=positive, default=MANY, help=f"seeds of each tuning (default {MANY})")
+    return parser

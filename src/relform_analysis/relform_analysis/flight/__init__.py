@@ -1,0 +1,1 @@
+"""One flight: flown, logged, scored and summed up."""

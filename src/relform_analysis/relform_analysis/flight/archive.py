@@ -1,0 +1,72 @@
+"""A flight log as a small file: the arrays in single precision, compressed."""
+
+import os
+import zipfile
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from relform_analysis.flight.log import Fault, FlightLog
+from relform_core.errors import RelformError
+from relform_core.load import LoadedScenario
+
+_SOLVER = "solver."
+"""Before the names of the solver's numbers."""
+_OTHERS = {"scenario", "phase", "solver", "faults"}
+"""Fields of a log that are no arrays."""
+
+
+def write_log(path: Path, log: FlightLog) -> None:
+    """Write a log at once: it is never there in part.
+
+    Raises:
+        RelformError: it cannot be written.
+    """
+    arrays: dict[str, Any] = {
+        field.name: _compact(getattr(log, field.name)) for field in fields(log) if field.name not in _OTHERS
+    }
+    arrays |= {f"{_SOLVER}{name}": _compact(values) for name, values in log.solver.items()}
+    faults = [(str(fault.stamp_ns), fault.source, fault.description) for fault in log.faults]
+    arrays |= {"phase": np.array(log.phase, dtype=np.str_), "faults": np.array(faults, dtype=np.str_)}
+    draft = path.with_name(f".{path.name}")
+    try:
+        with draft.open("wb") as stream:
+            np.savez_compressed(stream, **arrays)
+        os.replace(draft, path)
+    except OSError as error:
+        raise RelformError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
+    """Read a log of this scenario.
+
+    Raises:
+        RelformError: it cannot be read.
+    """
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            arrays = {name: _precise(archive[name]) for name in archive.files}
+        phase, faults = arrays.pop("phase"), arrays.pop("faults")
+        solver = {
+            name.removeprefix(_SOLVER): arrays.pop(name) for name in list(arrays) if name.startswith(_SOLVER)
+        }
+        return FlightLog(
+            scenario=scenario,
+            phase=tuple(phase.tolist()),
+            solver=solver,
+            faults=tuple(Fault(int(stamp), source, text) for stamp, source, text in faults.tolist()),
+            **arrays,
+        )
+    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        problem = f"cannot be read as a flight: {error}; delete it to fly again"
+        raise RelformError(f"{path}: {problem}") from None
+
+
+def _compact(values: Any) -> Any:
+    return values.astype(np.float32) if values.dtype == np.float64 else values
+
+
+def _precise(values: Any) -> Any:
+    return values.astype(np.float64) if values.dtype == np.float32 else values

@@ -1,0 +1,310 @@
+"""How well a team flew: every number that relform reports, defined once, from ground truth.
+
+Lengths in metres, angles in radians, speeds in rad/s, times in seconds. What cannot be had, because the
+flight ended too early or a topic was not recorded, is NaN.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.view_margins import view_margins
+from relform_core.scenario_config import PhaseConfig, TeamConfig
+from relform_core.units import NANOSECONDS_PER_SECOND, rpm_to_rad_s, seconds_to_ns
+
+Mask = npt.NDArray[np.bool_]
+
+AT_LIMIT = rpm_to_rad_s(1.0)
+"""A rotor whose commanded speed is this close to a limit counts as saturated [rad/s]."""
+FALLBACK_STATUS = 2
+"""relform_msgs/SolverStatus.FALLBACK"""
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Of an error that is never negative."""
+
+    mean: float
+    p95: float
+    max: float
+
+    @classmethod
+    def of(cls, errors: Floats) -> Self:
+        """Over all values that are finite; NaN if there is none."""
+        finite = errors[np.isfinite(errors)]
+        if finite.size == 0:
+            return cls(np.nan, np.nan, np.nan)
+        return cls(float(finite.mean()), float(np.percentile(finite, 95.0)), float(finite.max()))
+
+
+@dataclass(frozen=True)
+class Errors:
+    """An error over some stretch of the flight."""
+
+    all: Distribution
+    steady: Distribution
+    """In the steady windows only."""
+
+    @classmethod
+    def of(cls, errors: Floats, steps: Mask, steady: Mask) -> Self:
+        """Over the control steps ``steps``; the errors have the shape (K, ...)."""
+        return cls(Distribution.of(errors[steps]), Distribution.of(errors[steps & steady]))
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors over some stretch of the flight."""
+
+    pairs: Mapping[tuple[str, str], Errors]
+    """Formation error by (observer, target)."""
+    formation: Errors
+    """Formation error of all these pairs together."""
+    leader_position: Errors
+    leader_yaw: Errors
+    follower_yaw: Errors
+    """Of all followers, relative to the leader."""
+
+
+@dataclass(frozen=True)
+class PhaseMetrics:
+    """One phase of the flight."""
+
+    name: str
+    title: str
+    steps: int
+    start: float
+    """First control instant of the phase [s]; NaN: never reached."""
+    settling_time: float
+    """Time from there until the formation error, the mean over the pairs, is no longer larger than it ever
+    is in the steady window [s]; NaN: that was never reached."""
+    score: Score
+
+
+@dataclass(frozen=True)
+class RotorMetrics:
+    """Commanded rotor speeds, over all vehicles, rotors and control steps."""
+
+    min: float
+    max: float
+    mean: float
+    std: float
+    saturated_fraction: float
+    """Share of the control steps in which some rotor was commanded to within 1 rpm of a limit."""
+
+
+@dataclass(frozen=True)
+class SolverMetrics:
+    """What the solver needed per control step."""
+
+    sqp_steps_median: float
+    kkt_first_median: float
+    kkt_median: float
+    prepare_time_median: float
+    feedback_time_median: float
+    step_time_median: float
+    """Preparation and feedback together [s]."""
+    step_time_max: float
+    fallback_steps: int
+    """Control steps in which the previous plan was flown on."""
+
+
+@dataclass(frozen=True)
+class FlightMetrics:
+    """A whole flight."""
+
+    steps: int
+    score: Score
+    phases: tuple[PhaseMetrics, ...]
+    rotors: RotorMetrics
+    separation_min: float
+    """Smallest distance between the centres of two vehicles at any instant of ground truth [m]."""
+    tilt_max: float
+    """Largest angle between body z of a vehicle and the vertical at any instant [rad]."""
+    view_margin_min: float
+    """Smallest angle by which a vehicle was inside the field of view of another at any instant [rad]."""
+    solver: SolverMetrics
+
+
+def flight_metrics(log: FlightLog) -> FlightMetrics:
+    """Score a flight."""
+    pairs = scored_pairs(log.scenario.config.team)
+    errors = formation_errors(log, pairs)
+    position_errors, yaw_errors = leader_errors(log)
+    follower_yaw = follower_yaw_errors(log)
+    steady = steady_steps(log)
+
+    def score(steps: Mask) -> Score:
+        return Score(
+            pairs={
+                pair: Errors.of(error, steps, steady) for pair, error in zip(pairs, errors.T, strict=True)
+            },
+            formation=Errors.of(errors, steps, steady),
+            leader_position=Errors.of(position_errors, steps, steady),
+            leader_yaw=Errors.of(yaw_errors, steps, steady),
+            follower_yaw=Errors.of(follower_yaw, steps, steady),
+        )
+
+    def score_phase(phase: PhaseConfig) -> PhaseMetrics:
+        steps = np.array([name == phase.name for name in log.phase], dtype=np.bool_)
+        times = log.step_ns[steps] / NANOSECONDS_PER_SECOND
+        return PhaseMetrics(
+            name=phase.name,
+            title=phase.title,
+            steps=len(times),
+            start=float(times[0]) if len(times) else np.nan,
+            settling_time=settling_time(times, errors[steps].mean(axis=1), steady[steps]),
+            score=score(steps),
+        )
+
+    return FlightMetrics(
+        steps=len(log.phase),
+        score=score(np.ones(len(log.phase), dtype=np.bool_)),
+        phases=tuple(score_phase(phase) for phase in log.scenario.config.phases),
+        rotors=_rotor_metrics(log),
+        separation_min=separation_min(log.p_NB_N),
+        tilt_max=_over(tilts(log.q_NB), np.max),
+        view_margin_min=_least(view_margins(log)),
+        solver=_solver_metrics(log),
+    )
+
+
+def scored_pairs(team: TeamConfig) -> tuple[tuple[str, str], ...]:
+    """Observer and target of the scored pairs: leader to each follower, each later follower to that before.
+
+    With two followers these are the pairs of the paper: L to F1, L to F2, F2 to F1.
+    """
+    from_leader = [(team.leader, follower) for follower in team.followers]
+    backwards = list(zip(team.followers[1:], team.followers[:-1], strict=True))
+    return (*from_leader, *backwards)
+
+
+def relative_positions(p_NB_N: Floats, yaw_NB: Floats) -> Floats:
+    """x^{mc_i}_{mb_j/mb_i} of all pairs (eqs. RelPos1-4 from the truth).
+
+    Args:
+        p_NB_N: positions [m], shape (..., n, 3).
+        yaw_NB: yaws [rad], shape (..., n).
+    Returns:
+        p_BB_C [m], shape (..., n, n, 3), axes observer i, target j.
+    """
+    p_BB_N = p_NB_N[..., None, :, :] - p_NB_N[..., :, None, :]
+    cos, sin = np.cos(yaw_NB)[..., :, None], np.sin(yaw_NB)[..., :, None]
+    x, y, z = np.moveaxis(p_BB_N, -1, 0)
+    return np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=-1)
+
+
+def yaw_of(q_NB: Floats) -> Floats:
+    """Yaw of the Z-Y-X Euler angles [rad]; ``q_NB`` is (x, y, z, w), shape (..., 4)."""
+    x, y, z, w = np.moveaxis(q_NB, -1, 0)
+    yaw: Floats = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return yaw
+
+
+def formation_errors(log: FlightLog, pairs: Sequence[tuple[str, str]]) -> Floats:
+    """|| x^{mc_i}_{mb_j/mb_i} - reference || of each pair at each control step [m], shape (K, pairs)."""
+    p_BB_C = relative_positions(log.p_NB_N, yaw_of(log.q_NB))[log.tick_of_step]
+    errors = np.linalg.norm(p_BB_C - log.p_BB_C__ref, axis=-1)
+    index = {name: position for position, name in enumerate(log.vehicles)}
+    return np.stack([errors[:, index[observer], index[target]] for observer, target in pairs], axis=-1)
+
+
+def leader_errors(log: FlightLog) -> tuple[Floats, Floats]:
+    """Distance of the leader from its reference [m] and magnitude of its yaw error [rad], shape (K,) each."""
+    truth = log.tick_of_step
+    position_error = np.linalg.norm(log.p_NB_N[truth, 0] - log.leader_p_NB_N__ref, axis=-1)
+    return position_error, _angle_between(yaw_of(log.q_NB[truth, 0]), log.leader_yaw__ref)
+
+
+def follower_yaw_errors(log: FlightLog) -> Floats:
+    """Magnitude of the yaw of each follower relative to the leader [rad], shape (K, n - 1).
+
+    The paper: its followers keep the leader's yaw, too.
+    """
+    yaw = yaw_of(log.q_NB)[log.tick_of_step]
+    return _angle_between(yaw[:, 1:], yaw[:, :1])
+
+
+def tilts(q_NB: Floats) -> Floats:
+    """Angle between body z and the vertical [rad]; ``q_NB`` is (x, y, z, w), shape (..., 4)."""
+    x, y, z, w = np.moveaxis(q_NB, -1, 0)
+    return np.asarray(2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w)))
+
+
+def steady_steps(log: FlightLog) -> Mask:
+    """Whether a control step is in its phase's steady window, ``steady_from`` after its begin; shape (K,)."""
+    first_ns: dict[str, int] = {}
+    for phase, step_ns in zip(log.phase, log.step_ns.tolist(), strict=True):
+        first_ns.setdefault(phase, step_ns)
+    config = log.scenario.config
+    delay_ns = {phase.name: seconds_to_ns(phase.steady_from) for phase in config.phases}
+    margin_ns = config.period_ns // 2  # a window may begin on an instant, which is rounded
+    begin_ns = [first_ns[phase] + delay_ns[phase] - margin_ns for phase in log.phase]
+    return log.step_ns >= np.array(begin_ns, dtype=np.int64)
+
+
+def settling_time(times: Floats, errors: Floats, steady: Mask) -> float:
+    """Time from the first step until the error is no longer larger than it ever is in the steady window [s].
+
+    Args:
+        times: instants of the steps of one phase [s], shape (K,).
+        errors: at these, shape (K,).
+        steady: whether they are in the steady window, shape (K,).
+    Returns:
+        NaN if there is no steady window.
+    """
+    if not steady.any():
+        return np.nan
+    larger = np.flatnonzero(errors > errors[steady].max())
+    return float(times[larger[-1] + 1] - times[0]) if larger.size else 0.0
+
+
+def separation_min(p_NB_N: Floats) -> float:
+    """Smallest distance between two vehicles at any instant [m]; ``p_NB_N`` has the shape (T, n, 3)."""
+    first, second = np.triu_indices(p_NB_N.shape[1], k=1)
+    return _over(np.linalg.norm(p_NB_N[:, first] - p_NB_N[:, second], axis=-1), np.min)
+
+
+def _angle_between(first: Floats, second: Floats) -> Floats:
+    difference = first - second
+    return np.abs(np.arctan2(np.sin(difference), np.cos(difference)))
+
+
+def _rotor_metrics(log: FlightLog) -> RotorMetrics:
+    speeds = log.rotor_speeds[np.isfinite(log.rotor_speeds).all(axis=(1, 2))]
+    vehicle = log.scenario.config.vehicle
+    low, high = vehicle.rotor_speed_min + AT_LIMIT, vehicle.rotor_speed_max - AT_LIMIT
+    saturated = np.asarray(((speeds <= low) | (speeds >= high)).any(axis=(1, 2)))
+    return RotorMetrics(
+        min=_over(speeds, np.min),
+        max=_over(speeds, np.max),
+        mean=_over(speeds, np.mean),
+        std=_over(speeds, np.std),
+        saturated_fraction=_over(saturated, np.mean),
+    )
+
+
+def _solver_metrics(log: FlightLog) -> SolverMetrics:
+    solver = {name: values[np.isfinite(values)] for name, values in log.solver.items()}
+    step_time = solver["prepare_time"] + solver["feedback_time"]
+    return SolverMetrics(
+        sqp_steps_median=_over(solver["sqp_steps"], np.median),
+        kkt_first_median=_over(solver["kkt_first"], np.median),
+        kkt_median=_over(solver["kkt"], np.median),
+        prepare_time_median=_over(solver["prepare_time"], np.median),
+        feedback_time_median=_over(solver["feedback_time"], np.median),
+        step_time_median=_over(step_time, np.median),
+        step_time_max=_over(step_time, np.max),
+        fallback_steps=int((solver["status"] == FALLBACK_STATUS).sum()),
+    )
+
+
+def _least(values: Floats) -> float:
+    return _over(values[np.isfinite(values)], np.min)
+
+
+def _over(values: npt.NDArray[Any], statistic: Callable[[npt.NDArray[Any]], Any]) -> float:
+    return float(statistic(values)) if values.size else np.nan

@@ -1,0 +1,252 @@
+"""The picture of a flight: where the team flew, how well it kept formation, and what that took."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.metrics import flight_metrics, formation_errors, leader_errors, scored_pairs
+from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
+from relform_analysis.flight.phases import flown_phases, step_times
+from relform_core.errors import FlightError
+from relform_core.units import NANOSECONDS_PER_SECOND, rad_s_to_rpm
+
+if TYPE_CHECKING:  # matplotlib takes a second to import, which only who draws should wait for
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Colours of Okabe and Ito, which people with any colour vision can tell apart.
+VEHICLE_COLOURS = ("#222222", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+PAIR_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
+LEFT_COLOUR, RIGHT_COLOUR = "#222222", "#D55E00"
+"""Of the two scales of one panel."""
+TEXT, GUIDE, SHADOW, BAND = "#555555", "#8A8A8A", "#C8C8C8", "#E9E9E9"
+
+WIDTH_PX, HEIGHT_PX, DPI = 1600, 1000, 100
+STYLE = {
+    "font.size": 12.0,
+    "axes.titlesize": 13.0,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+}
+SCENE = (0.06, 0.475, 0.74, 0.43)
+"""Left, bottom, width and height of the 3D scene in the picture, as parts of it."""
+GRID_M = 2.0
+FORMATION_EVERY_S = 1.0
+"""Time between the instants at which the formation is drawn."""
+
+
+def draw_flight(log: FlightLog, path: Path) -> None:
+    """Write the picture of a flight as PNG.
+
+    Raises:
+        FlightError: the flight has no control step, or the file cannot be written.
+    """
+    if not log.phase:
+        raise FlightError(f"{path}: not drawn: the flight has no control step")
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]  # its keys are literals
+        figure = Figure(figsize=(WIDTH_PX / DPI, HEIGHT_PX / DPI), dpi=DPI)
+        FigureCanvasAgg(figure)
+        _draw_scene(figure, log)
+        figure.text(0.02, 0.95, _title(log), fontsize=18, fontweight="bold")
+        figure.text(0.02, 0.918, _phase_titles(log), fontsize=13, color=TEXT)
+        _write_key_figures(figure, log)
+        grid = figure.add_gridspec(
+            2, 2, left=0.05, right=0.95, bottom=0.06, top=0.42, wspace=0.16, hspace=0.36
+        )
+        panels = [figure.add_subplot(grid[row, column]) for row in (0, 1) for column in (0, 1)]
+        draws = (_draw_formation, _draw_leader, _draw_rotors, _draw_solver)
+        for axes, draw in zip(panels, draws, strict=True):
+            draw(axes, log)
+            shade_phases(axes, log)
+        for axes in panels[:2]:
+            name_phases(axes, log)
+        for axes in panels[2:]:
+            axes.set_xlabel("time [s]")
+        try:
+            figure.savefig(path, format="png")
+        except OSError as error:
+            raise FlightError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def _title(log: FlightLog) -> str:
+    config = log.scenario.config
+    return f"{config.title}: {len(log.vehicles)} vehicles, seed {log.scenario.seed}"
+
+
+def _phase_titles(log: FlightLog) -> str:
+    return "     ".join(f"{phase.name}  {phase.title}" for phase in log.scenario.config.phases)
+
+
+def _write_key_figures(figure: Figure, log: FlightLog) -> None:
+    metrics = flight_metrics(log)
+    score = metrics.score
+    headline = f"{score.formation.steady.mean:.3f} m"
+    rest = (
+        "mean formation error in steady state",
+        f"(the paper: less than {FORMATION_STEADY_MEAN_M} m)",
+        "",
+        f"leader off its path by {score.leader_position.steady.mean:.3f} m",
+        f"and {np.degrees(score.leader_yaw.steady.mean):.1f} deg",
+        f"vehicles never closer than {metrics.separation_min:.2f} m",
+    )
+    figure.text(0.98, 0.9, headline, fontsize=26, fontweight="bold", ha="right", va="top")
+    figure.text(0.98, 0.855, "\n".join(rest), fontsize=12, color=TEXT, ha="right", va="top", linespacing=1.4)
+
+
+def _draw_scene(figure: Figure, log: FlightLog) -> None:
+    """Paths above the ground, the formation at some instants, and where each phase is."""
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    # The 3D projection fills the largest square of its axes: these are as high as the picture is wide.
+    axes: Any = figure.add_axes(
+        (0.0, 0.0, 1.0, WIDTH_PX / HEIGHT_PX), projection="3d", proj_type="ortho", computed_zorder=False
+    )
+    axes.view_init(elev=22.0, azim=-25.0)
+    axes.set_axis_off()
+
+    def draw_lines(lines: list[Any], colour: str, width: float) -> None:
+        axes.add_collection3d(Line3DCollection(lines, colors=colour, linewidths=width, zorder=1))
+
+    p_NB_N = log.p_NB_N
+    low = np.floor(p_NB_N.min(axis=(0, 1)) / GRID_M - 0.25) * GRID_M
+    high = np.ceil(p_NB_N.max(axis=(0, 1)) / GRID_M + 0.25) * GRID_M
+    low[2] = 0.0
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    draw_lines(
+        [((x, low[1], 0.0), (x, high[1], 0.0)) for x in np.arange(low[0], high[0] + 0.1, GRID_M)], BAND, 1.0
+    )
+    draw_lines(
+        [((low[0], y, 0.0), (high[0], y, 0.0)) for y in np.arange(low[1], high[1] + 0.1, GRID_M)], BAND, 1.0
+    )
+    axes.text(low[0], low[1], 0.0, f"grid {GRID_M:.0f} m   ", color=TEXT, ha="right", va="top")
+    axes.plot(*p_NB_N[:, 0, :2].T, 0.0, color=SHADOW, linewidth=2.5, zorder=1)
+
+    instants = np.arange(log.tick_ns[0], log.tick_ns[-1] + 1, FORMATION_EVERY_S * NANOSECONDS_PER_SECOND)
+    shown = p_NB_N[np.searchsorted(log.tick_ns, instants)]
+    draw_lines([(positions[0], positions[0] * (1.0, 1.0, 0.0)) for positions in shown], SHADOW, 0.8)
+    draw_lines([pair for positions in shown for pair in combinations(positions, 2)], GUIDE, 1.0)
+    for vehicle, name in enumerate(log.vehicles):
+        colour = cycled(VEHICLE_COLOURS, vehicle)
+        axes.plot(*p_NB_N[:, vehicle].T, color=colour, linewidth=1.8, zorder=2, label=name)
+        axes.scatter(*shown[:, vehicle].T, color=colour, s=24, depthshade=False, zorder=3)
+    reference_style = {"color": GUIDE, "linewidth": 1.2, "linestyle": (0, (4, 3))}
+    axes.plot(*log.leader_p_NB_N__ref.T, **reference_style, zorder=2, label="leader's reference")
+    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.01, 0.91))
+
+    paper = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
+    for phase in flown_phases(log):
+        x, y, z = p_NB_N[phase.tick_in_the_middle(log), 0]
+        axes.text(
+            x, y, z + 0.9, phase.name, fontsize=17, fontweight="bold", ha="center", bbox=paper, zorder=4
+        )
+
+    corners = np.array([(x, y, 0.0) for x in (low[0], high[0]) for y in (low[1], high[1])])
+    _fit_scene(axes, np.concatenate([p_NB_N.reshape(-1, 3), corners]), high - low)
+
+
+def _fit_scene(axes: Any, points: Floats, box: Floats) -> None:
+    """Choose zoom and place of a 3D scene such that ``points`` of shape (..., 3) fill ``SCENE``."""
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+    axes.set_box_aspect(box)
+    x, y, _ = proj_transform(*points.T, axes.get_proj())
+    projected = axes.figure.transFigure.inverted().transform(
+        axes.transData.transform(np.stack([x, y], axis=-1))
+    )
+    left, bottom, width, height = SCENE
+    zoom = float((np.array([width, height]) / np.ptp(projected, axis=0)).min())
+    axes.set_box_aspect(box, zoom=zoom)
+    middle = (projected.min(axis=0) + projected.max(axis=0)) / 2.0
+    place = axes.get_position()
+    centre = np.array([place.x0 + place.x1, place.y0 + place.y1]) / 2.0
+    shift = np.array([left + width / 2.0, bottom + height / 2.0]) - (centre + zoom * (middle - centre))
+    axes.set_position((place.x0 + shift[0], place.y0 + shift[1], place.width, place.height))
+
+
+def _draw_formation(axes: Axes, log: FlightLog) -> None:
+    pairs = scored_pairs(log.scenario.config.team)
+    for index, ((observer, target), error) in enumerate(
+        zip(pairs, formation_errors(log, pairs).T, strict=True)
+    ):
+        colour = cycled(PAIR_COLOURS, index)
+        axes.plot(step_times(log), error, color=colour, label=f"{observer} \N{RIGHTWARDS ARROW} {target}")
+    axes.set_title("Formation error [m], steady state shaded", pad=22.0)
+    axes.set_ylim(0.0, 1.25 * axes.get_ylim()[1])  # room for the legend
+    axes.legend(
+        loc="upper right", ncols=3, borderaxespad=0.1, fontsize=10.5, handlelength=1.2, columnspacing=1.2
+    )
+
+
+def _draw_leader(axes: Axes, log: FlightLog) -> None:
+    position_error, yaw_error = leader_errors(log)
+    axes.plot(step_times(log), position_error, color=LEFT_COLOUR)
+    axes.set_title("Leader: position error [m]", pad=22.0)
+    axes.set_ylim(0.0)
+    right = _right_scale(axes, "yaw error [deg]", pad=22.0)
+    right.plot(step_times(log), np.degrees(yaw_error), color=RIGHT_COLOUR)
+    right.set_ylim(0.0)
+
+
+def _draw_rotors(axes: Axes, log: FlightLog) -> None:
+    time, speeds, limits = step_times(log), rad_s_to_rpm(1.0) * log.rotor_speeds, log.scenario.config.vehicle
+    axes.fill_between(time, speeds.min(axis=(1, 2)), speeds.max(axis=(1, 2)), color=SHADOW, linewidth=0.0)
+    for vehicle in range(len(log.vehicles)):
+        colour = cycled(VEHICLE_COLOURS, vehicle)
+        axes.plot(time, speeds[:, vehicle].mean(axis=-1), color=colour, linewidth=0.9)
+    for limit in (limits.rotor_speed_min, limits.rotor_speed_max):
+        axes.axhline(rad_s_to_rpm(limit), color=GUIDE, linestyle="--", linewidth=1.0)
+    axes.set(title="Rotor speed [rpm]: mean of each vehicle, range of all, limits", ylim=(0.0, None))
+
+
+def _draw_solver(axes: Axes, log: FlightLog) -> None:
+    axes.semilogy(step_times(log), log.solver["kkt"], color=LEFT_COLOUR, linewidth=0.9)
+    axes.set(title="Solver: KKT value")
+    right = _right_scale(axes, "time per control step [ms]")
+    step_ms = 1e3 * (log.solver["prepare_time"] + log.solver["feedback_time"])
+    right.semilogy(step_times(log), step_ms, color=RIGHT_COLOUR, linewidth=0.9)
+    if (measured := step_ms[step_ms > 0.0]).size:  # whole decades: a part of one has too many labels
+        right.set_ylim(
+            10.0 ** np.floor(np.log10(measured.min())), 10.0 ** (np.floor(np.log10(measured.max())) + 1)
+        )
+    right.yaxis.set_major_formatter("{x:g}")
+
+
+def _right_scale(axes: Axes, title: str, pad: float = 6.0) -> Axes:
+    right = axes.twinx()
+    right.spines["right"].set(visible=True, color=RIGHT_COLOUR)
+    right.tick_params(axis="y", colors=RIGHT_COLOUR)
+    right.set_title(title, loc="right", color=RIGHT_COLOUR, pad=pad)
+    return right
+
+
+def shade_phases(axes: Axes, log: FlightLog) -> None:
+    """Mark where phases begin, and shade their steady windows."""
+    phases = flown_phases(log)
+    for phase in phases:
+        axes.axvspan(phase.steady, phase.end, color=BAND, linewidth=0, zorder=0)
+        axes.axvline(phase.start, color=GUIDE, linewidth=0.6)
+    axes.set_xlim(phases[0].start, phases[-1].end)
+
+
+def name_phases(axes: Axes, log: FlightLog) -> None:
+    """Write the names of the phases above a plot."""
+    above = axes.get_xaxis_transform()
+    for phase in flown_phases(log):
+        axes.text(phase.middle, 1.03, phase.name, transform=above, ha="center", color=TEXT, fontweight="bold")
+
+
+def cycled(colours: tuple[str, ...], index: int) -> str:
+    """A colour of a palette, which begins again after its last."""
+    return colours[index % len(colours)]

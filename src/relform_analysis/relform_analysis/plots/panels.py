@@ -1,0 +1,149 @@
+"""The plots over time of a flight: which lines they hold, and which levels to compare with."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.metrics import follower_yaw_errors, formation_errors, leader_errors, scored_pairs
+from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
+from relform_core.units import rad_s_to_rpm
+
+COLOURS = 7
+"""Of vehicles and of pairs; further ones begin again."""
+ROTORS = ("front", "left", "back", "right")
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One value per control step."""
+
+    name: str
+    colour: str
+    """``pair-0`` to ``pair-6``, ``vehicle-0``, ``rotor-0`` to ``rotor-3``, ``series-0`` or ``series-1``."""
+    values: Floats
+    """Shape (K,)."""
+
+
+@dataclass(frozen=True)
+class Guide:
+    """Levels to compare with."""
+
+    label: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One plot."""
+
+    title: str
+    unit: str
+    digits: int
+    lines: Sequence[Line]
+    guides: Sequence[Guide] = field(default=())
+    log_scale: bool = False
+    steps: bool = False
+    """Values hold for the whole step, instead of at its instant."""
+
+
+def pair_label(observer: str, target: str) -> str:
+    """How a pair is called: who observes whom."""
+    return f"{observer} → {target}"
+
+
+def flight_panels(log: FlightLog) -> dict[str, list[Panel]]:
+    """All plots, from the formation to the solver, by the name of the figure that they make."""
+    return {
+        "formation_errors": _formation(log),
+        "tracking_errors": _tracking(log),
+        "rotor_speeds": _rotors(log),
+        "solver": _solver(log),
+    }
+
+
+def _formation(log: FlightLog) -> list[Panel]:
+    pairs = scored_pairs(log.scenario.config.team)
+    lines = [
+        Line(pair_label(*pair), f"pair-{index % COLOURS}", error)
+        for index, (pair, error) in enumerate(zip(pairs, formation_errors(log, pairs).T, strict=True))
+    ]
+    claim = Guide(f"paper < {FORMATION_STEADY_MEAN_M} m", (FORMATION_STEADY_MEAN_M,))
+    return [Panel("Formation error", "m", 3, lines, [claim])]
+
+
+def _tracking(log: FlightLog) -> list[Panel]:
+    position_error, yaw_error = leader_errors(log)
+    followers = [
+        Line(name, f"vehicle-{index % COLOURS}", error)
+        for index, (name, error) in enumerate(
+            zip(log.vehicles[1:], np.degrees(follower_yaw_errors(log)).T, strict=True), start=1
+        )
+    ]
+    return [
+        Panel("Leader position error", "m", 3, [Line("position", "vehicle-0", position_error)]),
+        Panel("Leader yaw error", "deg", 1, [Line("yaw", "vehicle-0", np.degrees(yaw_error))]),
+        Panel("Yaw of the followers relative to the leader", "deg", 1, followers),
+    ]
+
+
+def _rotors(log: FlightLog) -> list[Panel]:
+    speeds, vehicle = rad_s_to_rpm(1.0) * log.rotor_speeds, log.scenario.config.vehicle
+    low, high = rad_s_to_rpm(vehicle.rotor_speed_min), rad_s_to_rpm(vehicle.rotor_speed_max)
+    limits = Guide(f"limits {low:.0f} and {high:.0f} rpm", (low, high))
+    return [
+        Panel(
+            f"Rotor speeds, {name}",
+            "rpm",
+            0,
+            [Line(rotor, f"rotor-{index}", speeds[:, which, index]) for index, rotor in enumerate(ROTORS)],
+            [limits],
+            steps=True,
+        )
+        for which, name in enumerate(log.vehicles)
+    ]
+
+
+def _solver(log: FlightLog) -> list[Panel]:
+    solver, controller = log.solver, log.scenario.config.controller
+    prepare, feedback = 1e3 * solver["prepare_time"], 1e3 * solver["feedback_time"]
+    tolerance = controller.solver.kkt_tolerance
+    return [
+        Panel(
+            "Solver: objective",
+            "",
+            2,
+            [Line("objective", "series-0", solver["objective"])],
+            log_scale=True,
+        ),
+        Panel(
+            "Solver: KKT value",
+            "",
+            3,
+            [
+                Line("first SQP step", "series-1", solver["kkt_first"]),
+                Line("last SQP step", "series-0", solver["kkt"]),
+            ],
+            [Guide(f"tolerance {tolerance:g}", (tolerance,))],
+            log_scale=True,
+        ),
+        Panel(
+            "Solver: time per control step",
+            "ms",
+            2,
+            [
+                Line("prepare and feedback", "series-0", prepare + feedback),
+                Line("feedback", "series-1", feedback),
+            ],
+            [Guide(f"control period {1e3 * controller.period:g} ms", (1e3 * controller.period,))],
+            log_scale=True,
+        ),
+        Panel(
+            "Solver: SQP steps per control step",
+            "",
+            0,
+            [Line("SQP steps", "series-0", solver["sqp_steps"])],
+            steps=True,
+        ),
+    ]

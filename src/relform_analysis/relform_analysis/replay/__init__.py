@@ -1,0 +1,1 @@
+"""Recorded measurements fed to a controller again."""

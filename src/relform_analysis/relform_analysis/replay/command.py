@@ -1,0 +1,82 @@
+"""The command line of a counterfactual replay; exits like diff(1) with 0: equal, 1: different, 2: trouble."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from relform_analysis.replay.replay import Replay, replay
+from relform_core.errors import RelformError
+from relform_core.units import rad_s_to_rpm
+
+EQUAL, DIFFERENT, TROUBLE = 0, 1, 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Replay a bag; returns the exit code."""
+    options = _parser().parse_args(arguments)
+    # Needs ROS, the help does not.
+    from relform_analysis.flight.from_bag import load_attached_scenario
+    from relform_analysis.replay.from_bag import read_recorded_flight
+
+    overrides = [f"controller={options.controller}"] if options.controller else []
+    try:
+        flight = read_recorded_flight(options.bag)
+        overrides += options.overrides
+        scenario = load_attached_scenario(flight.config_text, flight.file, overrides)
+        result = replay(flight, scenario)
+        if options.plot:
+            from relform_analysis.replay.figure import draw_replay  # matplotlib takes a second to import
+
+            draw_replay(result, scenario.config.vehicle, options.plot)
+    except RelformError as error:
+        print(f"replay: {error}", file=sys.stderr)
+        return TROUBLE
+    _print(result, Console(width=None if sys.stdout.isatty() else 120))
+    return EQUAL if result.identical else DIFFERENT
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="replay",
+        description="Feed the measurements of a recorded flight to the controller of today, or to another, "
+        "and compare its commands with the recorded ones. Exit code: 0 equal, 1 different, 2 trouble.",
+    )
+    parser.add_argument("bag", type=Path, metavar="BAG", help="bag, or folder of a run")
+    parser.add_argument("--controller", type=Path, metavar="FILE", help="another controller configuration")
+    parser.add_argument(
+        "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE", help="change a key"
+    )
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the difference (png, pdf, svg)")
+    return parser
+
+
+def _print(result: Replay, console: Console) -> None:
+    steps = len(result.time)
+    if result.identical:
+        console.print(f"{steps} control steps: every command is equal, bit for bit", highlight=False)
+        return
+    first = result.first_difference
+    if first is None:
+        console.print(f"{steps} control steps: every command is equal, but not every plan", highlight=False)
+        return
+    when = f"step {first} ({result.time[first]:.2f} s)"
+    console.print(f"{steps} control steps: the first other command is in {when}", highlight=False)
+    table = Table(title="difference of the rotor speeds (rpm)", title_justify="left", box=None)
+    table.add_column("vehicle")
+    for heading in ("rms", "95 %", "max", "steps that differ"):
+        table.add_column(heading, justify="right")
+    for index, vehicle in enumerate(result.vehicles):
+        difference = rad_s_to_rpm(1.0) * np.abs(result.difference[:, index])
+        table.add_row(
+            vehicle,
+            f"{np.sqrt(np.mean(difference**2)):.1f}",
+            f"{np.percentile(difference, 95.0):.1f}",
+            f"{difference.max():.1f}",
+            f"{np.count_nonzero(difference.any(axis=1))}",
+        )
+    console.print(table)

@@ -1,0 +1,116 @@
+"""What a recorded flight's controller was given and what it answered, step by step, from the bag alone."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rclpy.serialization import deserialize_message
+
+from relform_analysis.flight.from_bag import load_attached_scenario
+from relform_analysis.replay.replay import RecordedFlight, RecordedStep
+from relform_bags.message_types import message_class
+from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
+from relform_bags.writer import CONFIG_ATTACHMENT
+from relform_core.errors import BagError, MessageError
+from relform_core.load import LoadedScenario
+from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_msgs.msg import FormationEvent
+from relform_ros.conversions import rotor_command_from_msg
+from relform_ros.events import parameters_from_msg
+from relform_ros.sensors import SENSORS, sensors_of
+from relform_ros.topics import CONTROLLER_NODE, EVENTS, vehicle_topic
+
+
+def read_recorded_flight(path: Path) -> RecordedFlight:
+    """Read a flight; of a bag that was cut off, the steps that are complete.
+
+    Args:
+        path: the bag's file or folder, or the folder of the run.
+    Raises:
+        BagError: one line: there is no bag, it is not of relform, or it holds no control step.
+    """
+    file = find_bag(path)
+    config_text: str | None = None
+    messages: dict[tuple[str, int], Any] = {}
+    events: list[FormationEvent] = []
+    for entry in read_bag(file):
+        match entry:
+            case BagAttachment(name, text) if name == CONFIG_ATTACHMENT:
+                config_text = text
+            case BagMessage(topic, type_name, data) if topic == EVENTS:
+                events.append(deserialize_message(data, message_class(type_name)))
+            case BagMessage(topic, type_name, data):
+                messages[topic, entry.log_time_ns] = type_name, data
+    if config_text is None:
+        raise BagError(f"{file}: not a bag of relform: it has no attachment {CONFIG_ATTACHMENT}")
+    scenario = load_attached_scenario(config_text, file)
+    try:
+        steps = _steps(scenario, messages, events)
+    except MessageError as error:
+        raise BagError(f"{file}: {error}") from None
+    if not steps:
+        raise BagError(
+            f"{file}: no complete control step in it: sensors, rotor_speeds and {EVENTS} are needed"
+        )
+    return RecordedFlight(file, config_text, scenario, steps)
+
+
+def _steps(
+    scenario: LoadedScenario, messages: Mapping[tuple[str, int], Any], events: list[FormationEvent]
+) -> tuple[RecordedStep, ...]:
+    """The steps from the first one on for which everything is there."""
+    config = scenario.config
+    formations = {
+        event.step: {each.target_id: _xyz(each.position) for each in event.formation}
+        for event in events
+        if event.kind == FormationEvent.SET_FORMATION
+    }
+    parameters = {
+        event.step: parameters_from_msg(event)
+        for event in events
+        if event.kind == FormationEvent.SET_PARAMETERS and event.source == CONTROLLER_NODE
+    }
+    decided = {event.step: event for event in events if event.kind == FormationEvent.STEP}
+    steps: list[RecordedStep] = []
+    for step in range(len(decided)):
+        if step not in decided:
+            break
+        stamp_ns = step * config.period_ns
+        given = {}
+        for vehicle in config.team.vehicles:
+            measured: dict[str, Any] = dict.fromkeys(SENSORS)
+            for sensor in sensors_of(vehicle, config.team):
+                topic = vehicle_topic(vehicle, sensor)
+                if (
+                    topic in decided[step].input_topics
+                    and (message := messages.get((topic, stamp_ns))) is not None
+                ):
+                    msg = _deserialized(message)
+                    measured[sensor] = SENSORS[sensor].from_msg(msg, vehicle, config.team.vehicles)
+            given[vehicle] = VehicleMeasurements(**measured)
+        commands = {}
+        for vehicle in config.team.vehicles:
+            message = messages.get((vehicle_topic(vehicle, "rotor_speeds"), stamp_ns))
+            if message is None:
+                return tuple(steps)
+            commands[vehicle] = rotor_command_from_msg(_deserialized(message), vehicle)
+        measurements = TeamMeasurements(step, stamp_ns, given)
+        steps.append(
+            RecordedStep(
+                measurements,
+                formations.get(step),
+                parameters.get(step, {}),
+                decided[step].sqp_steps,
+                commands,
+            )
+        )
+    return tuple(steps)
+
+
+def _deserialized(message: tuple[str, bytes]) -> Any:
+    type_name, data = message
+    return deserialize_message(data, message_class(type_name))
+
+
+def _xyz(position: Any) -> tuple[float, float, float]:
+    return position.x, position.y, position.z

@@ -1,0 +1,55 @@
+"""summary.json for people: the errors per phase, and the whole flight beside what the paper says."""
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE
+from relform_analysis.flight.summary import Json
+from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
+
+
+def print_table(summary: Json, console: Console | None = None) -> None:
+    """Print a summary; without colours and boxes where the output is no terminal."""
+    console = console or Console()
+    console.print(_phase_table(summary))
+    console.print(_flight_table(summary))
+
+
+def _phase_table(summary: Json) -> Table:
+    planned = summary["steps_planned"]
+    table = _table(
+        title=f"{summary['scenario']}, seed {summary['seed']}: {summary['outcome']}, "
+        f"{summary['steps']} of {planned} control steps",
+        caption=", ".join(f"{phase['name']} {phase['title']}" for phase in summary["phases"]),
+    )
+    table.add_column("")
+    table.add_column("")
+    for heading in error_columns(summary):
+        table.add_column(heading, justify="right")
+    for error in error_rows(summary):
+        label = (*error.words, f"({error.unit})")
+        for heading, statistic, cells in zip(label, STATISTICS, error.cells, strict=True):
+            table.add_row(heading, statistic, *cells, end_section=statistic == STATISTICS[-1])
+    return table
+
+
+def _flight_table(summary: Json) -> Table:
+    table = _table("Beside the paper", caption=FOOTNOTE)
+    table.add_column("")
+    table.add_column("this flight", justify="right")
+    table.add_column("the paper says", justify="right")
+    for row in COMPARED:
+        table.add_row(row.label, row.text(summary[row.key]), row.paper)
+    return table
+
+
+def _table(title: str, caption: str | None = None) -> Table:
+    return Table(
+        title=title,
+        caption=caption,
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        caption_justify="left",
+        pad_edge=False,
+    )

@@ -1,0 +1,148 @@
+"""The report of one flight."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.metrics import flight_metrics, formation_errors, scored_pairs
+from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, FORMATION_STEADY_MEAN_M
+from relform_analysis.flight.phases import flown_phases, step_times
+from relform_analysis.flight.summary import Ending, Json, Outcome, build_summary
+from relform_analysis.plots.panels import Panel, flight_panels, pair_label
+from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
+from relform_analysis.report.flight_source import unrecorded_topics
+from relform_analysis.report.packing import pack
+from relform_analysis.report.page import render, write_page
+from relform_analysis.report.tiles import headline_tiles
+from relform_core.errors import FlightError
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+SCRIPTS = (
+    "base.js",
+    "playback.js",
+    "camera.js",
+    "brush.js",
+    "poses.js",
+    "drawing.js",
+    "overview.js",
+    "scene.js",
+    "grip.js",
+    "plots.js",
+    "timeline.js",
+    "flight.js",
+)
+
+
+def write_flight_report(
+    path: Path, log: FlightLog, ending: Ending, versions: Mapping[str, str | None]
+) -> None:
+    """Write the report of a flight.
+
+    Raises:
+        FlightError: the flight has no control step.
+        RelformError: it cannot be written.
+    """
+    if not log.phase:
+        raise FlightError(f"{path}: no report: the flight has no control step")
+    write_page(path, flight_page(log, ending, versions))
+
+
+def flight_page(log: FlightLog, ending: Ending, versions: Mapping[str, str | None]) -> str:
+    """The report of a flight, HTML."""
+    summary = build_summary(log.scenario, flight_metrics(log), ending, versions)
+    return render(
+        "flight.html",
+        SCRIPTS,
+        flight_data(log),
+        summary=summary,
+        completed=ending.outcome is Outcome.COMPLETED,
+        reasons=_reasons(log, ending),
+        unrecorded=unrecorded_topics(log),
+        tiles=headline_tiles(summary.get, _notes(summary)),
+        compared=[
+            (row.label, row.text(summary[row.key]), row.paper, row.holds(summary[row.key]))
+            for row in COMPARED
+            if row.paper or summary[row.key] is not None
+        ],
+        footnote=FOOTNOTE,
+        columns=error_columns(summary),
+        errors=error_rows(summary),
+        statistics=STATISTICS,
+        configuration=log.scenario.effective_yaml,
+    )
+
+
+def flight_data(log: FlightLog) -> Json:
+    """What the page draws: lengths in metres, times in seconds, other units as the panels say."""
+    config = log.scenario.config
+    pairs = scored_pairs(config.team)
+    index = {name: position for position, name in enumerate(log.vehicles)}
+    return {
+        "vehicles": list(log.vehicles),
+        "arm": config.vehicle.arm_length,
+        "period": config.controller.period,
+        "claim": FORMATION_STEADY_MEAN_M,
+        "phases": [
+            {
+                "name": phase.name,
+                "title": phase.title,
+                "start": phase.start,
+                "steady": phase.steady,
+                "end": phase.end,
+            }
+            for phase in flown_phases(log)
+        ],
+        "pairs": [
+            {"name": pair_label(observer, target), "vehicles": [index[observer], index[target]]}
+            for observer, target in pairs
+        ],
+        "tick": pack(log.tick_ns / NANOSECONDS_PER_SECOND),
+        "position": pack(log.p_NB_N),
+        "attitude": pack(log.q_NB),
+        "step": pack(step_times(log)),
+        "reference": pack(log.leader_p_NB_N__ref),
+        "formation": pack(log.p_BB_C__ref[:, 0]),
+        "error": pack(formation_errors(log, pairs)),
+        "panels": [_panel(panel) for panels in flight_panels(log).values() for panel in panels],
+    }
+
+
+def _panel(panel: Panel) -> Json:
+    return {
+        "title": panel.title,
+        "unit": panel.unit,
+        "digits": panel.digits,
+        "log": panel.log_scale,
+        "steps": panel.steps,
+        "guides": [{"label": guide.label, "values": guide.values} for guide in panel.guides],
+        "lines": [
+            {"name": line.name, "colour": line.colour, "values": pack(line.values)} for line in panel.lines
+        ],
+    }
+
+
+def _reasons(log: FlightLog, ending: Ending) -> list[str]:
+    """Why a flight did not complete: how it ended, unless a fault says the same, then the faults."""
+    told = (
+        [ending.reason] if ending.reason and ending.reason not in {f.description for f in log.faults} else []
+    )
+    faults = [
+        f"at {fault.stamp_ns / NANOSECONDS_PER_SECOND:.2f} s, {fault.description}" for fault in log.faults
+    ]
+    return told + faults
+
+
+def _notes(summary: Json) -> dict[str, str]:
+    compared = {row.key: row for row in COMPARED}
+
+    def text(key: str) -> str:
+        return compared[key].text(summary[key])
+
+    return {
+        "steady_mean_m": "mean; the paper < 0.068 m",
+        "peak_m": f"in steady state {text('steady_max_m')}",
+        "leader_steady_mean_m": f"mean; in yaw {text('leader_yaw_steady_mean_deg')}",
+        "separation_min_m": "between two centres",
+        "rotor_std_rpm": "std. dev.; paper about 600",
+        "step_ms_median": "median; paper < 50 ms",
+    }

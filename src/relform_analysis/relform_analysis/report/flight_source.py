@@ -1,0 +1,78 @@
+"""How a recorded flight ended and what flew it, from what lies in its bag or beside it."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.summary import Ending, Outcome
+from relform_analysis.report.json_file import read_json
+from relform_bags.reader import BagAttachment, BagMessage, read_bag
+from relform_bags.writer import VERSIONS_ATTACHMENT
+from relform_core.errors import RelformError
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+SUMMARY = "summary.json"
+Versions = Mapping[str, str | None]
+
+
+def ending_from_log(log: FlightLog) -> Ending:
+    """How a flight ended, as far as its log tells."""
+    flown = float(log.tick_ns[-1]) / NANOSECONDS_PER_SECOND
+    planned = log.scenario.config.n_steps
+    if log.faults:
+        return Ending(Outcome.FAULT, log.faults[0].description, 0.0, flown)
+    if len(log.phase) < planned:
+        reason = f"The recording ends after {len(log.phase)} of {planned} control steps."
+        return Ending(Outcome.INTERRUPTED, reason, 0.0, flown)
+    return Ending(Outcome.COMPLETED, None, 0.0, flown)
+
+
+def unrecorded_topics(log: FlightLog) -> list[str]:
+    """Topics of which the log has nothing, so that a report leaves blank what they tell."""
+    topics = {f"/{name}/rotor_speeds": log.rotor_speeds[:, index] for index, name in enumerate(log.vehicles)}
+    topics["/formation/solver"] = log.solver["status"]
+    return [topic for topic, values in topics.items() if not np.isfinite(values).any()]
+
+
+def ending_from_run(folder: Path) -> tuple[Ending, Versions] | None:
+    """How a flight ended and what flew it, from the summary in its run's folder; None: there is none.
+
+    Raises:
+        RelformError: the summary cannot be used.
+    """
+    file = folder / SUMMARY
+    if not file.is_file():
+        return None
+    summary = read_json(file)
+    try:
+        ending = Ending(
+            Outcome(summary["outcome"]),
+            summary["reason"],
+            float(summary["wall_s"]),
+            float(summary["flown_s"]),
+        )
+        return ending, dict(summary["versions"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise RelformError(f"{file}: not the summary of a flight: {error!r}") from None
+
+
+def versions_from_bag(file: Path) -> Versions:
+    """Which software flew it, as the recorder wrote it into the bag; empty if it did not.
+
+    Raises:
+        RelformError: the file cannot be read.
+    """
+    for entry in read_bag(file):
+        match entry:
+            case BagAttachment(name, text) if name == VERSIONS_ATTACHMENT:
+                try:
+                    versions = json.loads(text)
+                except ValueError:
+                    return {}
+                return versions if isinstance(versions, dict) else {}
+            case BagMessage():
+                return {}  # attachments come first
+    return {}

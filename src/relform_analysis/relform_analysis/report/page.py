@@ -1,0 +1,56 @@
+"""Pages as single files: template, style, scripts and data in one HTML text, which needs no network."""
+
+import json
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+
+from relform_analysis.flight.summary import Json
+from relform_core.errors import RelformError
+
+ASSETS = files(__package__) / "assets"
+
+
+def render(template: str, scripts: tuple[str, ...], data: Json, **content: Any) -> str:
+    """A page from its template.
+
+    Args:
+        template: name of the template.
+        scripts: names of the scripts, in the order in which they run; they share one scope.
+        data: what the scripts draw; JSON.
+        content: what the template shows.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(str(ASSETS)),
+        autoescape=select_autoescape(["html"]),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render(
+        style=_asset("style.css"),
+        script="\n".join(_asset(name) for name in scripts),
+        # Inside <script>, only "</" and "<!--" would end or change what follows.
+        data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
+        **content,
+    )
+
+
+def write_page(path: Path, page: str) -> None:
+    """Write a page at once: it is never there in part.
+
+    Raises:
+        RelformError: it cannot be written.
+    """
+    draft = path.with_name(f".{path.name}")
+    try:
+        draft.write_text(page, encoding="utf-8")
+        draft.replace(path)
+    except OSError as error:
+        raise RelformError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def _asset(name: str) -> str:
+    return (ASSETS / name).read_text(encoding="utf-8")

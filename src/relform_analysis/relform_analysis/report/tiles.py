@@ -1,0 +1,41 @@
+"""The numbers that tell the story at the top of a report."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from relform_analysis.flight.paper_claims import COMPARED
+
+LABELS = {
+    "steady_mean_m": "Formation error, steady",
+    "peak_m": "Largest formation error",
+    "leader_steady_mean_m": "Leader error, steady",
+    "separation_min_m": "Smallest separation",
+    "rotor_std_rpm": "Rotor speed spread",
+    "step_ms_median": "Solver, per step",
+}
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One of the numbers that tell the story of a flight."""
+
+    label: str
+    value: str
+    note: str
+    holds: bool | None
+    """Whether it keeps a bound that the paper states; None: it states none."""
+
+
+def headline_tiles(values: Callable[[str], float | None], notes: dict[str, str]) -> list[Tile]:
+    """The tiles of a flight, or of the means over many.
+
+    Args:
+        values: gives a number by its key in summary.json.
+        notes: what stands below a number, by the same key.
+    """
+    compared = {row.key: row for row in COMPARED}
+    tiles = []
+    for key, label in LABELS.items():
+        number, value = compared[key], values(key)
+        tiles.append(Tile(label, number.text(value), notes.get(key, ""), number.holds(value)))
+    return tiles

@@ -1,0 +1,1 @@
+"""Many flights: planned, flown in parallel, kept and compared."""

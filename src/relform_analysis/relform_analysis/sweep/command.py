@@ -1,0 +1,113 @@
+"""The command line of a sweep: what to fly, how far it is, and what came out."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from relform_analysis.flight.summary import Json, Outcome
+from relform_analysis.sweep.folder import REPORT, TABLE, SweepFolder
+from relform_analysis.sweep.plan import Variant, load_variants, plan_runs
+from relform_analysis.sweep.session import executor_for, fly_shown, positive
+from relform_core.errors import RelformError
+from relform_core.installed import software_versions
+
+EXIT_FAILED = 1
+EXIT_ERROR = 2
+EXIT_INTERRUPTED = 130
+DEFAULT_VARIANT = Variant(name="default", title="the scenario as it is", set=())
+SHOWN = {
+    "steady_mean_m": "formation (m)",
+    "leader_steady_mean_m": "leader (m)",
+    "leader_yaw_steady_mean_deg": "leader yaw (deg)",
+    "rotor_std_rpm": "rotor std (rpm)",
+    "step_ms_median": "step (ms)",
+}
+"""Metrics in the table that ends a sweep; sweep.json has all."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a sweep; returns the exit code: 0 flown, 1 every run failed, 2 cannot be flown, 130 interrupted."""
+    options = _parser().parse_args(arguments)
+    console = Console(stderr=True)
+    try:
+        variants = load_variants(options.variants) if options.variants else (DEFAULT_VARIANT,)
+        seeds = range(options.seed, options.seed + options.runs)
+        runs = plan_runs(options.scenario, variants, options.overrides, seeds)
+        with (
+            SweepFolder(options.out) as folder,
+            executor_for(options.jobs, options.scheduler) as executor,
+        ):
+            rows = fly_shown(runs, folder, executor, console)
+            report = folder.conclude(str(options.scenario), variants, rows, software_versions())
+    except RelformError as error:
+        print(f"sweep: {error}", file=sys.stderr)
+        return EXIT_ERROR
+    except KeyboardInterrupt:
+        print(
+            "\nsweep: interrupted; finished runs are kept, the same command goes on from there",
+            file=sys.stderr,
+        )
+        return EXIT_INTERRUPTED
+    _print_report(report, Console(width=None if sys.stdout.isatty() else 160))
+    print(f"{folder.path / REPORT}, {folder.path / TABLE}")
+    return 0 if any(row["outcome"] != Outcome.FAILED for row in rows) else EXIT_FAILED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="sweep", description="Fly a scenario many times, without ROS, in parallel."
+    )
+    parser.add_argument("--scenario", type=Path, required=True, help="scenario file")
+    parser.add_argument("--runs", type=positive, default=10, help="seeds per variant (default 10)")
+    parser.add_argument("--seed", type=int, default=1, help="first seed (default 1)")
+    parser.add_argument(
+        "--jobs", type=positive, default=os.cpu_count() or 1, help="processes (default: one per core)"
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="fly on this Dask cluster instead (needs distributed)"
+    )
+    parser.add_argument("--variants", type=Path, metavar="FILE", help="YAML file of variants to compare")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder of the results; an unfinished sweep goes on"
+    )
+    parser.add_argument(
+        "--set",
+        dest="overrides",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a key, in all variants",
+    )
+    return parser
+
+
+def _print_report(report: Json, console: Console) -> None:
+    table = Table(
+        title="mean ± half of its 95 % confidence interval (worst run)", title_justify="left", box=None
+    )
+    table.add_column("variant", no_wrap=True)
+    table.add_column("completed", justify="right")
+    for heading in SHOWN.values():
+        table.add_column(heading, justify="right", no_wrap=True)
+    for variant in report["variants"]:
+        cells = [_cell(variant["metrics"].get(key)) for key in SHOWN]
+        table.add_row(variant["name"], f"{variant['completed']}/{variant['runs']}", *cells)
+    console.print(table)
+    for variant in report["variants"]:
+        for lost in variant["reasons"]:
+            console.print(
+                f"{variant['name']}, seed {lost['seed']}: {lost['outcome']}: {lost['reason']}",
+                highlight=False,
+            )
+
+
+def _cell(metric: Json | None) -> str:
+    if metric is None or metric["mean"] is None:
+        return "-"
+    spread = "" if metric["ci95"] is None else f" ± {metric['ci95'][1] - metric['mean']:.2g}"
+    return f"{metric['mean']:.3g}{spread} ({metric['max']:.3g})"

@@ -1,0 +1,146 @@
+"""The folder of a sweep: a file per finished run, written at once, and their table and statistics."""
+
+import csv
+import fcntl
+import io
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from relform_analysis.flight.archive import read_log, write_log
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.summary import Json
+from relform_analysis.sweep.plan import Run, Variant
+from relform_analysis.sweep.statistics import aggregate
+from relform_core.errors import RelformError
+from relform_core.schema import Schema
+
+TABLE = "runs.csv"
+REPORT = "sweep.json"
+RUNS = "runs"
+"""Folder with a file per finished run."""
+FORMAT_VERSION = 1
+
+
+class _StoredRun(Schema):
+    fingerprint: str
+    row: dict[str, str | int | float | None]
+
+
+class SweepFolder:
+    """Results of a sweep on disk. As a context manager: in the hands of this process alone.
+
+    Raises:
+        RelformError: the folder cannot be made, is something else, or another sweep is at work in it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._lock = -1
+
+    def __enter__(self) -> Self:
+        try:
+            (self.path / RUNS).mkdir(parents=True, exist_ok=True)
+            # The system releases the lock when this process ends, however it does.
+            self._lock = os.open(self.path / RUNS, os.O_RDONLY)
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(self._lock)
+            raise RelformError(f"{self.path}: another sweep is at work in this folder") from None
+        except OSError as error:
+            raise RelformError(f"{self.path}: cannot be made: {error.strerror}") from None
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        os.close(self._lock)
+
+    def finished(self, run: Run) -> Json | None:
+        """Row of a run that has been flown with the same configuration and software."""
+        try:
+            stored = _StoredRun.model_validate_json(self._row_file(run).read_bytes())
+        except (OSError, ValueError):
+            return None  # not there, or damaged: it will be flown again
+        if stored.fingerprint != run.fingerprint or (run.keeps_log and not self._log_file(run).is_file()):
+            return None
+        return stored.row
+
+    def store(self, run: Run, row: Mapping[str, Any], log: FlightLog | None = None) -> None:
+        """Keep the outcome of a run.
+
+        Raises:
+            RelformError: it cannot be written.
+        """
+        if log is not None:
+            write_log(self._log_file(run), log)
+        stored = _StoredRun(fingerprint=run.fingerprint, row=dict(row))
+        _write(self._row_file(run), stored.model_dump_json(indent=1))
+
+    def log(self, run: Run) -> FlightLog:
+        """The flight of a finished run that keeps its log.
+
+        Raises:
+            RelformError: it cannot be read.
+        """
+        return read_log(self._log_file(run), run.scenario)
+
+    def conclude(
+        self,
+        scenario: str,
+        variants: Sequence[Variant],
+        rows: Sequence[Mapping[str, Any]],
+        versions: Mapping[str, str | None],
+    ) -> Json:
+        """Write the table and sweep.json (docs/sweep.md) from the rows of all runs, and return the latter.
+
+        Raises:
+            RelformError: they cannot be written.
+        """
+        report = {
+            "format": FORMAT_VERSION,
+            "scenario": scenario,
+            "variants": [
+                {
+                    "name": variant.name,
+                    "title": variant.title,
+                    "set": list(variant.set),
+                    **aggregate([row for row in rows if row["variant"] == variant.name]),
+                }
+                for variant in variants
+            ],
+            "versions": dict(versions),
+        }
+        write_table(self.path / TABLE, rows)
+        _write(self.path / REPORT, json.dumps(report, indent=2, allow_nan=False) + "\n")
+        return report
+
+    def _row_file(self, run: Run) -> Path:
+        return self.path / RUNS / f"{run.name}.json"
+
+    def _log_file(self, run: Run) -> Path:
+        return self.path / RUNS / f"{run.name}.npz"
+
+
+def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows as CSV at once, with a column for every key that one of them has.
+
+    Raises:
+        RelformError: it cannot be written.
+    """
+    fields = list(dict.fromkeys(key for row in rows for key in row))
+    table = io.StringIO()
+    writer = csv.DictWriter(table, fields)
+    writer.writeheader()
+    writer.writerows(rows)
+    _write(path, table.getvalue())
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file at once: it is never there in part."""
+    draft = path.with_name(f".{path.name}")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, path)
+    except OSError as error:
+        raise RelformError(f"{path}: cannot be written: {error.strerror}") from None

@@ -1,0 +1,20 @@
+from setuptools import find_packages, setup
+
+NAME = "relform_analysis"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Flights without ROS, metrics, replays, sweeps, plots, reports and benchmarks of relform.",
+    maintainer="The relform developers",
+    maintainer_email="maintainers@relform.dev",
+    license="Apache-2.0",
+    packages=find_packages(),
+    package_data={"": ["py.typed", "assets/*"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+)

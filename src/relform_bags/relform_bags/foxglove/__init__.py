@@ -1,0 +1,1 @@
+"""Copies of bags that Foxglove draws in 3D."""

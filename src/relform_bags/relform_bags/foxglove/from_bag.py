@@ -1,0 +1,44 @@
+"""What a 3D view draws of a flight, from its bag: where the vehicles were, as PoseStamped and Path."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+from nav_msgs.msg import Path as PathMsg
+from rclpy.serialization import deserialize_message, serialize_message
+
+from relform_bags.reader import BagMessage, read_bag
+from relform_core.errors import BagError
+
+TRUTH, TRUTH_TYPE = "/ground_truth", "nav_msgs/msg/Odometry"
+POSE, POSE_TYPE = "/pose", "geometry_msgs/msg/PoseStamped"
+PATH, PATH_TYPE = "/path", "nav_msgs/msg/Path"
+
+
+def read_poses(path: Path) -> Iterator[BagMessage]:
+    """For each vehicle its whole path, at its first log time, and then its poses.
+
+    Args:
+        path: the bag's file or folder, or the folder of the run.
+    Raises:
+        BagError: there is no bag, or no ground truth in it.
+    """
+    truths: dict[str, list[BagMessage]] = {}
+    for entry in read_bag(path):
+        if isinstance(entry, BagMessage) and entry.topic.endswith(TRUTH) and entry.type_name == TRUTH_TYPE:
+            truths.setdefault(entry.topic.removesuffix(TRUTH), []).append(entry)
+    if not truths:
+        raise BagError(f"{path}: nothing to draw: there is no topic <vehicle>{TRUTH} in it")
+    for vehicle, entries in truths.items():
+        poses = [_pose(entry.data) for entry in entries]
+        times = [(entry.log_time_ns, entry.publish_time_ns) for entry in entries]
+        flown = serialize_message(PathMsg(header=poses[0].header, poses=poses))
+        yield BagMessage(vehicle + PATH, PATH_TYPE, flown, *times[0])
+        for pose, (log_ns, publish_ns) in zip(poses, times, strict=True):
+            yield BagMessage(vehicle + POSE, POSE_TYPE, serialize_message(pose), log_ns, publish_ns)
+
+
+def _pose(data: bytes) -> PoseStamped:
+    odometry: Odometry = deserialize_message(data, Odometry)
+    return PoseStamped(header=odometry.header, pose=odometry.pose.pose)

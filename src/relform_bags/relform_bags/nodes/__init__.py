@@ -1,0 +1,1 @@
+"""The nodes: recorder, player, and the check of a playback."""

@@ -1,0 +1,110 @@
+"""Whether a bag is played as it was recorded: every message, in order, on time."""
+
+import json
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import rclpy
+from rclpy.context import Context
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from relform_bags.message_types import message_class
+from relform_bags.reader import BagMessage, read_bag
+from relform_core.errors import BagError
+from relform_core.installed import executable
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_ros.raw import subscribe_raw
+
+QOS = QoSProfile(depth=10_000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+SUBSCRIBERS_MAX_S = 30.0
+QUIET_S = 0.5
+
+
+@dataclass(frozen=True)
+class PlayedMessage:
+    """A message as it was heard."""
+
+    topic: str
+    data: bytes
+    publish_time_ns: int
+
+
+@dataclass(frozen=True)
+class PlaybackCheck:
+    """What was heard of a bag."""
+
+    expected: tuple[BagMessage, ...]
+    """By log time."""
+    heard: tuple[PlayedMessage, ...]
+    """By the time at which the player published them."""
+    rate: float
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every message came once, in the order of the bag, the topics among each other included."""
+        return len(self.expected) == len(self.heard) and all(
+            sent.topic == heard.topic and _is_same(sent.data, heard.data)
+            for sent, heard in zip(self.expected, self.heard, strict=True)
+        )
+
+    @property
+    def delay(self) -> npt.NDArray[np.float64]:
+        """By how much each message was published later than due after the first one [s]."""
+        log_ns = np.array([message.log_time_ns for message in self.expected], dtype=np.float64)
+        publish_ns = np.array([message.publish_time_ns for message in self.heard], dtype=np.int64)
+        due_ns = (log_ns - log_ns[0]) / self.rate
+        delay: npt.NDArray[np.float64] = (publish_ns - publish_ns[0] - due_ns) / NANOSECONDS_PER_SECOND
+        return delay
+
+
+def _is_same(sent: bytes, heard: bytes) -> bool:
+    """Whether two serialized messages are; the middleware pads them to multiples of four bytes."""
+    padding = heard.removeprefix(sent)
+    return heard.startswith(sent) and len(padding) < 4 and not any(padding)
+
+
+def check_playback(bag: Path, rate: float) -> PlaybackCheck:
+    """Play a bag with the node ``player`` and listen.
+
+    Raises:
+        BagError: the bag cannot be played.
+    """
+    messages = [entry for entry in read_bag(bag) if isinstance(entry, BagMessage)]
+    messages.sort(key=lambda message: message.log_time_ns)
+    heard: list[PlayedMessage] = []
+    context = Context()
+    rclpy.init(context=context)
+    try:
+        node = rclpy.create_node("playback_check", context=context, enable_rosout=False)
+        for topic, type_name in {message.topic: message.type_name for message in messages}.items():
+
+            def take(data: bytes, publish_time_ns: int, topic: str = topic) -> None:
+                heard.append(PlayedMessage(topic, data, publish_time_ns))
+
+            subscribe_raw(node, message_class(type_name), topic, take, QOS)
+        executor = EventsExecutor(context=context)
+        executor.add_node(node)
+        parameters = {"bag": str(bag), "rate": float(rate), "wait_s": SUBSCRIBERS_MAX_S, "keyboard": False}
+        command = [executable("relform_bags", "player"), "--ros-args", "--log-level", "warn"]
+        for name, value in parameters.items():
+            command += ["-p", f"{name}:={json.dumps(value)}"]
+        with subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as player:
+            while player.poll() is None:
+                executor.spin_once(timeout_sec=0.1)
+            _, errors = player.communicate()
+        if player.returncode != 0:
+            raise BagError(errors.strip())
+        quiet_since, count = time.monotonic(), len(heard)
+        while len(heard) < len(messages) and time.monotonic() < quiet_since + QUIET_S:
+            executor.spin_once(timeout_sec=0.1)
+            if len(heard) > count:
+                quiet_since, count = time.monotonic(), len(heard)
+    finally:
+        rclpy.shutdown(context=context)
+    heard.sort(key=lambda message: message.publish_time_ns)
+    return PlaybackCheck(tuple(messages), tuple(heard), rate)

@@ -1,0 +1,110 @@
+"""The recorder: in a flight a member of the barrier, so that a slow disk slows the flight and loses nothing.
+
+A recorder that the flight does not know (parameter ``observers``) records what it discovers instead.
+"""
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+
+import rclpy
+from rclpy.node import Node
+
+from relform_bags.nodes.discovering import DiscoveringRecorder
+from relform_bags.nodes.recording import Recording, read_limits, read_output, read_topics
+from relform_bags.writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
+from relform_core.installed import software_versions
+from relform_ros.lockstep import StepTally
+from relform_ros.member import FAREWELL_S, LockstepMember
+from relform_ros.parameters import read_observers, read_scenario
+from relform_ros.raw import raw_stamp_ns
+from relform_ros.rejection import RejectionError
+from relform_ros.run_node import Runnable, Spinner, run_node
+from relform_ros.topics import Topic
+
+
+class FlightRecorder:
+    """Writes all messages of a flight; their log time is their stamp, the instant of the step."""
+
+    def __init__(self, node: Node, spinner: Spinner, observers: tuple[str, ...]) -> None:
+        self._node = node
+        self._spinner = spinner
+        self._scenario = read_scenario(node)
+        self._output = read_output(node)
+        self._limits = read_limits(node)
+        self._chosen = read_topics(node)
+        self._period_ns = self._scenario.config.period_ns
+        self._member = LockstepMember(node, spinner, self._scenario, observers)
+
+    def run(self) -> None:
+        """Record to the end of the flight.
+
+        Raises:
+            BagError: the bag cannot be created or written; the flight is told.
+            StopRequestedError: by a signal; the bag is closed first.
+        """
+        attachments = {
+            CONFIG_ATTACHMENT: self._scenario.effective_yaml,
+            VERSIONS_ATTACHMENT: json.dumps(software_versions(), indent=2),
+        }
+        recording = Recording(self._node, self._spinner, self._output, attachments, self._limits)
+        try:
+            self._record(recording)
+        finally:
+            recording.close()
+
+    def _record(self, recording: Recording) -> None:
+        endpoints, announcements = self._member.endpoints, self._member.announcements
+        topics = [topic for topic in endpoints.readable if not self._chosen or topic.name in self._chosen]
+        tally = StepTally([topic.name for topic in topics], self._period_ns)
+        for topic in topics:
+            endpoints.subscribe_raw(topic.name, _taker(topic, recording, tally))
+        for step in self._member.steps():
+            for topic in topics if step == 0 else ():  # a topic without any message is in the bag as well
+                recording.add_topic(topic.name, _type_name(topic))
+            self._member.wait(
+                # Nobody calls it after this turn of the loop, so it may see the variable of the loop.
+                lambda: recording.failure is not None or tally.has(step, announcements.sent(step))  # noqa: B023
+            )
+            if recording.failure is not None:
+                self._member.done(step, fault=str(recording.failure))
+                endpoints.wait_until_received(FAREWELL_S)
+                raise recording.failure
+            tally.close(step)
+            announcements.close(step)
+            self._member.done(step)
+
+
+def _taker(topic: Topic, recording: Recording, tally: StepTally) -> Callable[[bytes, int], None]:
+    name, type_name = topic.name, _type_name(topic)
+
+    def take(data: bytes, publish_time_ns: int) -> None:
+        stamp_ns = raw_stamp_ns(data)
+        recording.add_topic(name, type_name)
+        recording.write(name, data, stamp_ns, publish_time_ns)
+        with suppress(RejectionError):  # a step that is over does not miss it, but the bag has it
+            tally.add(name, stamp_ns)
+
+    return take
+
+
+def _type_name(topic: Topic) -> str:
+    package = topic.type.__module__.partition(".")[0]
+    return f"{package}/msg/{topic.type.__name__}"
+
+
+def build_recorder(node: Node, spinner: Spinner) -> Runnable:
+    """The recorder that this node is to be.
+
+    Raises:
+        ConfigError: a parameter is missing or not usable.
+    """
+    observers = read_observers(node)
+    if node.get_fully_qualified_name() in observers:
+        return FlightRecorder(node, spinner, observers)
+    return DiscoveringRecorder(node, spinner)
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node(lambda: rclpy.create_node("recorder", enable_rosout=False), build_recorder)

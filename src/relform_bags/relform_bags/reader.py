@@ -1,0 +1,151 @@
+"""Read the attachments and messages of a bag, whether it was finished or cut off."""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.exceptions import UnsupportedCompressionError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, Message, Schema
+
+from relform_bags.records import MAGIC, TORN, chunk_records, raw_records
+from relform_core.errors import BagError
+
+
+@dataclass(frozen=True)
+class BagMessage:
+    """A serialized message and when it was recorded and published [ns]."""
+
+    topic: str
+    type_name: str
+    data: bytes
+    log_time_ns: int
+    publish_time_ns: int
+
+
+@dataclass(frozen=True)
+class BagAttachment:
+    """A text that is kept in a bag."""
+
+    name: str
+    text: str
+
+
+def find_bag(path: Path) -> Path:
+    """What a bag is read from: its file or, if it is split into several, its folder.
+
+    Args:
+        path: that file, the bag's folder or the folder of a run.
+    Raises:
+        BagError: there is no bag.
+    """
+    first, *others = bag_files(path)
+    return first.parent if others else first
+
+
+def bag_files(path: Path) -> tuple[Path, ...]:
+    """The MCAP files of a bag, in the order in which they were written.
+
+    Args:
+        path: one file, the bag's folder or the folder of a run.
+    Raises:
+        BagError: there is none, or one is missing in between, or they are no bag together.
+    """
+    if path.is_file():
+        return (path,)
+    if not path.exists():
+        raise BagError(f"{path}: no such file or folder")
+    for folder in (path, path / "bag"):
+        if files := list(folder.glob("*.mcap")):
+            begun = [file for file in files if file.stat().st_size >= len(MAGIC)]
+            return _in_order(folder, begun or files)  # its recorder may have been killed just before
+    raise BagError(f"{path}: no bag: there is no .mcap file in it")
+
+
+def _in_order(folder: Path, files: list[Path]) -> tuple[Path, ...]:
+    """Sort files by the numbers that their names end in.
+
+    Raises:
+        BagError: they are not those of one bag, without a gap.
+    """
+    if len(files) == 1:
+        return tuple(files)
+    parts = {file: file.stem.rpartition("_") for file in files}
+    names = {name for name, _, _ in parts.values()}
+    if len(names) > 1 or not all(number.isdecimal() for _, _, number in parts.values()):
+        raise BagError(f"{folder}: its {len(files)} .mcap files are not of one bag, name the one to read")
+    numbered = {int(number): file for file, (_, _, number) in parts.items()}
+    for index in range(min(numbered), max(numbered)):
+        if index not in numbered:
+            raise BagError(f"{folder}: {names.pop()}_{index}.mcap is missing, name a file to read it alone")
+    return tuple(numbered[index] for index in sorted(numbered))
+
+
+def read_bag(path: Path, topics: Collection[str] | None = None) -> Iterator[BagAttachment | BagMessage]:
+    """What a bag holds, in the order in which it was written, up to where it ends or is damaged.
+
+    Args:
+        path: one file, the bag's folder or the folder of a run.
+        topics: whose messages to read; None: all.
+    Raises:
+        BagError: there is no bag, it cannot be read, or is not MCAP.
+    """
+    attached: set[str] = set()
+    for file in bag_files(path):
+        reading = _FileReading(file)
+        for entry in reading.entries():
+            match entry:
+                case BagAttachment(name) if name in attached:
+                    continue  # every file of a split bag has them
+                case BagAttachment(name):
+                    attached.add(name)
+                case BagMessage(topic) if topics is not None and topic not in topics:
+                    continue
+            yield entry
+        if not reading.reached_end:
+            return  # whatever follows what is damaged cannot be trusted
+
+
+class _FileReading:
+    """One pass through a file."""
+
+    def __init__(self, file: Path) -> None:
+        self.reached_end = False
+        """Of the messages, which only a file that was finished says."""
+        self._file = file
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+
+    def entries(self) -> Iterator[BagAttachment | BagMessage]:
+        try:
+            with self._file.open("rb") as stream:
+                for record in raw_records(stream, self._file):
+                    match record.opcode:
+                        case Opcode.ATTACHMENT:
+                            attachment = Attachment.read(record.stream)
+                            yield BagAttachment(attachment.name, attachment.data.decode())
+                        case Opcode.CHUNK:
+                            yield from self._messages(Chunk.read(record.stream))
+                        case Opcode.MESSAGE:
+                            raise BagError(f"{self._file}: cannot be read: its messages are not in chunks")
+                        case Opcode.DATA_END:
+                            self.reached_end = True
+                            return
+        except UnsupportedCompressionError as error:
+            raise BagError(f"{self._file}: cannot be read: {error}") from None
+        except OSError as error:
+            raise BagError(f"{self._file}: cannot be read: {error.strerror}") from None
+        except TORN:
+            return
+
+    def _messages(self, chunk: Chunk) -> Iterator[BagMessage]:
+        for _, entry in chunk_records(chunk):
+            match entry:
+                case Schema():
+                    self._schemas[entry.id] = entry
+                case Channel():
+                    self._channels[entry.id] = entry
+                case Message():
+                    channel = self._channels[entry.channel_id]
+                    type_name = self._schemas[channel.schema_id].name
+                    yield BagMessage(channel.topic, type_name, entry.data, entry.log_time, entry.publish_time)

@@ -1,0 +1,1 @@
+"""Starts and supervises the nodes of a flight."""

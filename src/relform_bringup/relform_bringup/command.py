@@ -1,0 +1,92 @@
+"""The command line of a flight with real nodes: what to fly, where to keep it, and what came out."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+
+from rich.console import Console
+
+from relform_analysis.flight.summary import Outcome
+from relform_bringup.create_folder import RunFolder, create_run_folder
+from relform_bringup.flight import Flight, FlownFlight, interruption_noted
+from relform_core.errors import RelformError
+from relform_core.load import load_scenario
+
+EXIT_BAD_INPUT = 2
+EXIT_CODES = {Outcome.COMPLETED: 0, Outcome.FAILED: 1, Outcome.FAULT: 3, Outcome.INTERRUPTED: 130}
+EPILOG = """\
+Exit codes: 0 flown to the end, 1 a node died, fell silent or could not go on, 2 the scenario or the output
+folder cannot be used, 3 a vehicle reported a fault, 130 interrupted."""
+WIDTH_OF_FILES = 160
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fly a scenario; returns the exit code, see --help."""
+    options = _parser().parse_args(arguments)
+    console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES)
+    try:
+        with interruption_noted() as interruption:
+            try:
+                scenario = load_scenario(options.scenario, options.overrides, options.seed)
+                folder = create_run_folder(scenario, options.out, datetime.now())
+            except RelformError as error:
+                print(error, file=sys.stderr)
+                return EXIT_BAD_INPUT
+            flown = Flight(scenario, folder, options.record, interruption).fly(console)
+        if flown.ending.reason is not None:
+            print(flown.ending.reason, file=sys.stderr)
+        _conclude(flown, folder, console)
+    except RelformError as error:
+        print(error, file=sys.stderr)
+        return EXIT_CODES[Outcome.FAILED]
+    except KeyboardInterrupt:
+        return EXIT_CODES[Outcome.INTERRUPTED]
+    return EXIT_CODES[flown.ending.outcome]
+
+
+def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
+    # Imported only now: nothing may delay the start of the nodes.
+    from relform_analysis.flight.metrics import flight_metrics
+    from relform_analysis.flight.summary import build_summary, write_summary
+    from relform_analysis.report.console import print_table
+    from relform_core.installed import software_versions
+
+    log, versions = flown.log, software_versions()
+    summary = build_summary(log.scenario, flight_metrics(log), flown.ending, versions)
+    write_summary(folder.summary, summary)
+    if log.phase:
+        print_table(summary, console)
+    # Whoever interrupts a flight does not want to wait for its pictures.
+    if log.phase and flown.ending.outcome is not Outcome.INTERRUPTED:
+        from relform_analysis.plots.flight_picture import draw_flight
+        from relform_analysis.report.flight_page import write_flight_report
+
+        draw_flight(log, folder.figure)
+        write_flight_report(folder.report, log, flown.ending, versions)
+        console.print(f"open {folder.report}", soft_wrap=True, highlight=False)
+    console.print(f"{folder.path}: {', '.join(folder.present())}", soft_wrap=True, highlight=False)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="fly", description="Fly a scenario: one process per node, recorded and scored.", epilog=EPILOG
+    )
+    parser.add_argument("--scenario", type=Path, required=True, metavar="FILE", help="scenario file")
+    parser.add_argument(
+        "--seed", type=int, help="seed of all that is random (default: that of the scenario, or 0)"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="run folder, must not exist (default: in runs/)"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="KEY=VALUE",
+        help="another value for a key of the scenario, as in controller.horizon_steps=10; may be repeated",
+    )
+    parser.add_argument("--no-record", action="store_false", dest="record", help="fly without recorder")
+    return parser

@@ -1,0 +1,72 @@
+"""What a user sees of a flight in the air: one live line on a terminal, elsewhere a line now and then."""
+
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from rich.console import Console
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+
+from relform_core.scenario_config import ScenarioConfig
+
+if TYPE_CHECKING:
+    from relform_bringup.nodes.monitor import Monitor
+
+REFRESH_S = 0.1
+PLAIN_REFRESH_S = 3.0
+BAR_WIDTH = 24
+
+
+class FlightDisplay:
+    """Shows the state of a flight; a context manager."""
+
+    def __init__(self, console: Console, config: ScenarioConfig) -> None:
+        self._console = console
+        self._duration = config.n_steps * config.controller.period
+        self._phases = [
+            f"{phase.name} {phase.title}"
+            for phase in config.phases
+            for _ in range(round(phase.duration / config.controller.period))
+        ]
+        self._phase_width = max(map(len, self._phases))
+        self._live = Live(console=console, auto_refresh=False, transient=True)
+        self._refresh_s = REFRESH_S if console.is_terminal else PLAIN_REFRESH_S
+        self._refreshed = time.monotonic() - self._refresh_s
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._live.stop()
+
+    def message(self, text: str) -> None:
+        """Show that something is going on before the flight."""
+        if self._console.is_terminal:
+            self._live.update(text, refresh=True)
+        else:
+            self._console.print(text)
+
+    def show(self, monitor: "Monitor") -> None:
+        """Show the newest step, unless the last refresh was only just now."""
+        if time.monotonic() - self._refreshed < self._refresh_s:
+            return
+        self._refreshed = time.monotonic()
+        phase = self._phases[min(monitor.step, len(self._phases) - 1)]
+        times = f"{monitor.flown:5.2f} / {self._duration:.1f} s"
+        error = monitor.formation_error()
+        facts = [f"formation error {error:.3f} m"] if error is not None else []
+        if monitor.wall_time > 0.0:
+            facts.append(f"{monitor.flown / monitor.wall_time:.1f} x real time")
+        if not self._console.is_terminal:
+            self._console.print("   ".join([f"{phase:{self._phase_width}}", times, *facts]))
+            return
+        line = Table.grid(padding=(0, 3, 0, 0))
+        bar = ProgressBar(total=self._duration, completed=monitor.flown, width=BAR_WIDTH)
+        line.add_row(f"{phase:{self._phase_width}}", bar, times, *facts)
+        self._live.update(line, refresh=True)

@@ -1,0 +1,132 @@
+"""The monitor: a member of the barrier that keeps the messages of a flight for live line and summary."""
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
+
+from relform_analysis.flight.log import FlightLog, FlightLogBuilder
+from relform_analysis.flight.metrics import formation_errors, scored_pairs
+from relform_core.load import LoadedScenario
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_ros.lockstep import StepTally
+from relform_ros.member import LockstepMember
+from relform_ros.raw import raw_stamp_ns
+from relform_ros.rejection import Reason, RejectionError
+from relform_ros.run_node import Spinner
+from relform_ros.topics import EVENTS, REFERENCE
+
+RECENT_STEPS = 3
+"""Among the messages of so many steps there is one step of which all have come in."""
+
+
+class Monitor:
+    """Sees every step whole. Messages are kept as they came, and decoded when they are needed."""
+
+    def __init__(
+        self,
+        node: Node,
+        spinner: Spinner,
+        scenario: LoadedScenario,
+        observers: Sequence[str],
+        on_step: Callable[["Monitor"], None],
+    ) -> None:
+        """``on_step`` is called at the end of each step; the observers include this node."""
+        self.step = -1
+        """The newest step that was seen whole; -1: none."""
+        self._scenario = scenario
+        self._on_step = on_step
+        self._began = self._now = 0.0
+        self._messages: list[tuple[str, bytes]] = []
+        self._member = LockstepMember(node, spinner, scenario, observers)
+        endpoints = self._member.endpoints
+        self._types = {
+            topic.name: topic.type for topic in endpoints.readable if FlightLogBuilder.needs(topic.name)
+        }
+        self._tally = StepTally(self._types, scenario.config.period_ns)
+        for topic in self._types:
+            endpoints.subscribe_raw(topic, partial(self._take, topic))
+
+    def run(self) -> None:
+        """Watch the flight to its end.
+
+        Raises:
+            StopRequestedError: by a signal.
+        """
+        announcements = self._member.announcements
+        for step in self._member.steps():
+            self._now = time.perf_counter()
+            if step == 0:
+                self._began = self._now
+            self._wait_for(step)
+            self.step = step
+            self._tally.close(step)
+            announcements.close(step)
+            self._on_step(self)
+            self._member.done(step)
+        self._now = time.perf_counter()
+
+    @property
+    def flown(self) -> float:
+        """Simulation time that was flown [s]."""
+        return max(0, self.step) * self._scenario.config.period_ns / NANOSECONDS_PER_SECOND
+
+    @property
+    def wall_time(self) -> float:
+        """What it took, from the first tick on [s]."""
+        return self._now - self._began
+
+    def formation_error(self) -> float | None:
+        """Mean true formation error of the scored pairs in the newest step [m]; None: there is none."""
+        recent = self._messages[-RECENT_STEPS * len(self._types) :]
+        log = self._decode(
+            (topic, data) for topic, data in recent if topic.endswith(("/ground_truth", REFERENCE))
+        )
+        if not log.phase:
+            return None
+        return float(np.mean(formation_errors(log, scored_pairs(self._scenario.config.team))[-1]))
+
+    def log(self) -> FlightLog:
+        """The flight so far."""
+        return self._decode(self._messages)
+
+    def _decode(self, messages: Iterable[tuple[str, bytes]]) -> FlightLog:
+        builder = FlightLogBuilder(self._scenario)
+        for topic, data in messages:
+            builder.add(topic, deserialize_message(data, self._types[topic]))
+        return builder.build()
+
+    def _wait_for(self, step: int) -> None:
+        self._member.wait(lambda: self._tally.has(step, self._member.announcements.sent(step)))
+
+    def _take(self, topic: str, data: bytes, publish_time_ns: int) -> None:
+        try:
+            if self._tally.add(topic, raw_stamp_ns(data)) > 1 and topic != EVENTS:
+                raise RejectionError(Reason.DUPLICATE, "this step has this message already")
+        except RejectionError as rejected:
+            self._member.endpoints.rejections.count(topic, rejected)
+            return
+        self._messages.append((topic, data))
+
+
+@contextmanager
+def monitoring(
+    scenario: LoadedScenario,
+    observers: Sequence[str],
+    on_step: Callable[[Monitor], None],
+    watch: Callable[[], None],
+) -> Iterator[Monitor]:
+    """A monitor in this process, while the block runs; ``watch`` is called again and again while it waits."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = rclpy.create_node("monitor", enable_rosout=False)
+        yield Monitor(node, Spinner(node, watch), scenario, observers, on_step)
+    finally:
+        try_shutdown()

@@ -1,0 +1,127 @@
+"""The processes of a flight: started in groups of their own, watched, and ended whatever happens to whom."""
+
+import os
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from relform_core.errors import FlightError
+
+STOP_S = 1.2
+"""How long a process may take to end after SIGINT; then it is killed."""
+POLL_S = 0.01
+
+
+class Child:
+    """One process, the leader of a session of its own: signals of the terminal do not reach it."""
+
+    def __init__(self, name: str, command: Sequence[str], log: Path) -> None:
+        """Start it.
+
+        Args:
+            name: of its node, fully qualified.
+            log: file for all that it prints.
+        Raises:
+            FlightError: it cannot be started.
+        """
+        self.name = name
+        self._log = log
+        try:
+            with log.open("wb") as output:
+                self._process = subprocess.Popen(
+                    command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                )
+        except OSError as error:
+            raise FlightError(f"{name}: cannot be started: {error.strerror}: {error.filename}") from None
+
+    def exit_code(self) -> int | None:
+        """As of ``subprocess``: None while it runs, negative if a signal ended it."""
+        return self._process.poll()
+
+    def send(self, signum: int) -> None:
+        """Send a signal to it and to all that it has started."""
+        if self._process.poll() is None:
+            os.killpg(self._process.pid, signum)
+
+    def last_words(self) -> str:
+        """The last line that it printed; empty: none."""
+        lines = self._log.read_text(encoding="utf-8", errors="replace").split("\n")
+        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+    def epitaph(self) -> str:
+        """How it ended, in one line."""
+        code = self.exit_code()
+        if code is not None and code < 0:
+            return f"{self.name} was killed by {signal.Signals(-code).name}"
+        words = self.last_words().removeprefix(f"{self.name}: ")
+        return f"{self.name} exited with code {code}" + (f": {words}" if words else "")
+
+
+class Supervisor:
+    """All processes of a flight."""
+
+    def __init__(self, log: Path) -> None:
+        """Supervise processes whose output goes to files in the folder ``log``."""
+        self._log = log
+        self._children: list[Child] = []
+
+    def start(self, name: str, command: Sequence[str], dies_by: str = "KILL") -> Child:
+        """Start a process.
+
+        Args:
+            name: of its node, fully qualified.
+            dies_by: name of the signal that it gets from the kernel when this process dies, even by SIGKILL.
+        Raises:
+            FlightError: it cannot be started, or this system has no setpriv.
+        """
+        if (setpriv := shutil.which("setpriv")) is None:
+            raise FlightError("setpriv is not installed: apt install util-linux")
+        log = self._log / f"{name.strip('/').replace('/', '.')}.log"
+        child = Child(name, [setpriv, "--pdeathsig", dies_by, "--", *command], log)
+        self._children.append(child)
+        return child
+
+    @property
+    def size(self) -> int:
+        """How many processes were started."""
+        return len(self._children)
+
+    def running(self) -> list[Child]:
+        """The processes that run, in the order in which they were started."""
+        return [child for child in self._children if child.exit_code() is None]
+
+    def ended(self) -> list[Child]:
+        """The processes that do not run any more, in the order in which they were started."""
+        return [child for child in self._children if child.exit_code() is not None]
+
+    def stop(self, first: Child | None = None) -> None:
+        """End all processes: politely, then by force.
+
+        Args:
+            first: this one has time to finish before the others are told.
+        """
+        groups = [[child for child in self._children if child is first]] if first is not None else []
+        groups.append([child for child in self._children if child is not first])
+        for group in groups:
+            for child in group:
+                child.send(signal.SIGINT)
+            if not _wait(group, STOP_S):
+                for child in group:
+                    child.send(signal.SIGKILL)
+                _wait(group, STOP_S)
+
+
+def _wait(children: Iterable[Child], timeout_s: float) -> bool:
+    deadline = time.monotonic() + timeout_s
+    while any(child.exit_code() is None for child in children):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(POLL_S)
+    return True

@@ -1,0 +1,1 @@
+"""The optimal control problem: model, cost and constraints of the team."""

@@ -1,0 +1,114 @@
+"""The optimal control problem of the team: what eqs. CostFunc1 and 2 sum, and the bounds on inputs.
+
+The terms are symbolic here, one vehicle or one pair at a time; `kernels.py` compiles them over the horizon
+and `rti.py` assembles and solves. The numbers of one problem instance are a `Plan` (the unknowns), a
+`TeamGeometry` (where the {mi} frames lie, what the paper calls parameters) and a `HorizonReference`.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from relform_controller.ocp.layout import ordered_pairs
+from relform_controller.ocp.model import RigidBody, rotation_z
+from relform_core.controller_config import FormationPairs, WeightsConfig
+from relform_core.scenario_config import ScenarioConfig
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ocp:
+    """Dimensions, model, weights and bounds."""
+
+    n_vehicles: int
+    n_stages: int
+    period: float
+    """Length of one stage [s]."""
+    body: RigidBody
+    weights: WeightsConfig
+    """At the start of a flight."""
+    thrust_min: float
+    thrust_max: float
+    """Bounds on the thrust of each rotor [N]."""
+    formation_pairs: FormationPairs
+
+    @classmethod
+    def from_config(cls, config: ScenarioConfig) -> "Ocp":
+        """The problem that a scenario asks for."""
+        vehicle = config.vehicle
+        return cls(
+            n_vehicles=len(config.team.vehicles),
+            n_stages=config.controller.horizon_steps,
+            period=config.controller.period,
+            body=RigidBody.from_config(vehicle),
+            weights=config.controller.weights,
+            thrust_min=vehicle.thrust_coefficient * vehicle.rotor_speed_min**2,
+            thrust_max=vehicle.thrust_coefficient * vehicle.rotor_speed_max**2,
+            formation_pairs=config.controller.formation_pairs,
+        )
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        """Ordered pairs (observer, target); the axis `pair` of every array runs over these."""
+        return ordered_pairs(self.n_vehicles)
+
+    def in_formation_cost(self, observer: int, target: int) -> bool:
+        """Whether eq. CostFunc1 has a term for this ordered pair."""
+        match self.formation_pairs:
+            case "all":
+                return True
+            case "with_leader":
+                return observer == 0 or target == 0
+            case "one_way":
+                return observer < target
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """States and inputs of every vehicle over the horizon, each in its own {mi}."""
+
+    states: Array
+    """Shape (vehicle, stage 0..N, N_STATE)."""
+    thrusts: Array
+    """[N], shape (vehicle, stage 0..N-1, N_INPUT)."""
+
+
+@dataclass(frozen=True, eq=False)
+class TeamGeometry:
+    """Where the {mi} frames lie relative to each other, and the leader's in the world."""
+
+    p_I1I2_I1: Array
+    """Origin of the target's {mi} in the observer's [m], shape (pair, 3)."""
+    yaw_I1I2: Array
+    """Yaw of the target's {mi} relative to the observer's, `R_I1I2 = R_z(yaw_I1I2)` [rad], shape (pair,)."""
+    p_NI_N: Array
+    """Origin of the leader's {mi} in the world [m], shape (3,)."""
+    yaw_NI: float
+    """Yaw of the leader's {mi} in the world, unwrapped to lie near its reference [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class HorizonReference:
+    """What the plan shall track."""
+
+    p_B1B2_C1: Array
+    """Formation: position of the target in {mc} of the observer [m], shape (pair, stage 0..N, 3)."""
+    p_NB_N: Array
+    """Leader position [m], shape (stage 0..N, 3)."""
+    yaw_NB: Array
+    """Leader yaw, continuous [rad], shape (stage 0..N,)."""
+
+
+def relative_position(
+    p_I1B1_I1: ca.SX, yaw_I1B1: ca.SX, p_I2B2_I2: ca.SX, p_I1I2_I1: ca.SX, yaw_I1I2: ca.SX
+) -> ca.SX:
+    """p_B1B2_C1: position of vehicle 2 relative to vehicle 1 in {mc_1} (eqs. RelPos1 to RelPos4) [m]."""
+    R_I1I2 = rotation_z(yaw_I1I2)
+    p_I2B2_I1 = R_I1I2 @ p_I2B2_I2  # eq. RelPos1
+    p_I1B2_I1 = p_I2B2_I1 + p_I1I2_I1  # eq. RelPos2
+    p_B1B2_I1 = p_I1B2_I1 - p_I1B1_I1  # eq. RelPos3
+    R_C1I1 = rotation_z(-yaw_I1B1)
+    return R_C1I1 @ p_B1B2_I1  # eq. RelPos4

@@ -1,0 +1,1 @@
+"""The modified real-time iteration (Algorithm MRTI)."""

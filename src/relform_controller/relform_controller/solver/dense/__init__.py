@@ -1,0 +1,1 @@
+"""The dense solver: condensed QP with bounds."""

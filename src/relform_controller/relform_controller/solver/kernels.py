@@ -1,0 +1,177 @@
+"""Compiled kernels: model and cost terms with their derivatives, for all vehicles and stages at once.
+
+CasADi writes the C code of one vehicle stage and one pair stage, the machine's C compiler makes a library of
+it, and the library is kept in the user's cache folder under a hash of everything that it depends on.
+"""
+
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from relform_controller.ocp import layout
+from relform_controller.ocp.model import net_acceleration_I, rk4_step
+from relform_controller.ocp.problem import Ocp, relative_position
+from relform_core.errors import RelformError
+
+Array = npt.NDArray[np.float64]
+
+COMPILER_FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC", "-shared")
+
+
+class Kernel:
+    """A CasADi function, mapped over items, that is called on NumPy arrays without conversions.
+
+    Calls return the same output arrays again and again: use them before the next call, or copy.
+    """
+
+    def __init__(self, function: ca.Function, n_items: int) -> None:
+        self._buffer: Any  # its type hints are those of the C++ method
+        self._buffer, self._evaluate = function.buffer()
+        self._inputs = [_item_array(function.size_in(i), n_items) for i in range(function.n_in())]
+        outputs = [_item_array(function.size_out(i), n_items) for i in range(function.n_out())]
+        for i, array in enumerate(self._inputs):
+            self._buffer.set_arg(i, array.data)
+        for i, array in enumerate(outputs):
+            self._buffer.set_res(i, array.data)
+        # CasADi stores matrices by column, so each item comes out transposed.
+        self._outputs = tuple(array.swapaxes(1, 2) if array.ndim == 3 else array for array in outputs)
+
+    def __call__(self, *inputs: Array) -> tuple[Array, ...]:
+        """Evaluate all items; each input has shape (..., size), with the items in the leading axes."""
+        for buffer, array in zip(self._inputs, inputs, strict=True):
+            buffer[...] = array.reshape(buffer.shape)
+        self._evaluate()
+        return self._outputs
+
+
+class Kernels:
+    """The compiled functions of one optimal control problem.
+
+    Raises:
+        RelformError: there is no C compiler, or it fails.
+    """
+
+    def __init__(self, ocp: Ocp) -> None:
+        functions = [
+            (_predict(ocp), ocp.n_vehicles),
+            (_vehicle_stage(ocp), ocp.n_vehicles * ocp.n_stages),
+            (_pair_stage(), len(ocp.pairs) * (ocp.n_stages + 1)),
+        ]
+        library = _compile([_mapped(function, n_items) for function, n_items in functions])
+        loaded = {f.name(): Kernel(ca.external(f.name(), str(library)), n_items) for f, n_items in functions}
+        self.predict = loaded["predict"]
+        """(state, thrusts) -> (state one period later,), per vehicle."""
+        self.vehicle_stage = loaded["vehicle_stage"]
+        """(state, thrusts) -> next state, A (12, 12), B (12, 4), net acceleration in {mi} (3,), its
+        derivatives by rpy (3, 3) and by thrusts (3, 4); per vehicle and stage 0..N-1."""
+        self.pair_stage = loaded["pair_stage"]
+        """(p_I1B1_I1 and yaw_I1B1, p_I2B2_I2, p_I1I2_I1 and yaw_I1I2) -> p_B1B2_C1 (3,), its derivatives by
+        the first argument (3, 4) and by the second (3, 3); per pair and stage 0..N."""
+
+
+def _predict(ocp: Ocp) -> ca.Function:
+    state, thrusts = ca.SX.sym("state", layout.N_STATE), ca.SX.sym("thrusts", layout.N_INPUT)
+    return ca.Function("predict", [state, thrusts], [rk4_step(state, thrusts, ocp.body, ocp.period)])
+
+
+def _vehicle_stage(ocp: Ocp) -> ca.Function:
+    state, thrusts = ca.SX.sym("state", layout.N_STATE), ca.SX.sym("thrusts", layout.N_INPUT)
+    following = rk4_step(state, thrusts, ocp.body, ocp.period)
+    acceleration = net_acceleration_I(state, thrusts, ocp.body)
+    outputs = [
+        following,
+        ca.jacobian(following, state),
+        ca.jacobian(following, thrusts),
+        acceleration,
+        ca.jacobian(acceleration, state)[:, layout.RPY],
+        ca.jacobian(acceleration, thrusts),
+    ]
+    return ca.Function("vehicle_stage", [state, thrusts], [ca.densify(output) for output in outputs])
+
+
+def _pair_stage() -> ca.Function:
+    observer, p_I2B2_I2, frames = ca.SX.sym("observer", 4), ca.SX.sym("target", 3), ca.SX.sym("frames", 4)
+    p_B1B2_C1 = relative_position(observer[:3], observer[3], p_I2B2_I2, frames[:3], frames[3])
+    outputs = [p_B1B2_C1, ca.jacobian(p_B1B2_C1, observer), ca.jacobian(p_B1B2_C1, p_I2B2_I2)]
+    return ca.Function(
+        "pair_stage", [observer, p_I2B2_I2, frames], [ca.densify(output) for output in outputs]
+    )
+
+
+def _mapped(function: ca.Function, n_items: int) -> ca.Function:
+    # Wrapped, because the map itself cannot be given the plain name under which the library exports it.
+    mapped = function.map(n_items)
+    arguments = [ca.MX.sym(f"i{i}", *mapped.size_in(i)) for i in range(mapped.n_in())]
+    return ca.Function(function.name(), arguments, mapped.call(arguments))
+
+
+def _item_array(size: tuple[int, int], n_items: int) -> Array:
+    rows, columns = size[0], size[1] // n_items
+    return np.zeros((n_items, rows) if columns == 1 else (n_items, columns, rows))
+
+
+def _compile(functions: Sequence[ca.Function]) -> Path:
+    """Path of a shared library that exports the functions, from the cache if it has been compiled before."""
+    compiler = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc")
+    if compiler is None:
+        raise RelformError("no C compiler found: install one (apt install gcc) or name it in the variable CC")
+    with tempfile.TemporaryDirectory(prefix="relform-") as folder:
+        generator = ca.CodeGenerator("kernels.c")
+        for function in functions:
+            generator.add(function)
+        source = Path(generator.generate(f"{folder}/"))
+        version = subprocess.run([compiler, "--version"], capture_output=True, text=True, check=False).stdout
+        key = hashlib.sha256(
+            "\n".join([source.read_text(), version, *COMPILER_FLAGS, _cpu()]).encode(), usedforsecurity=False
+        ).hexdigest()
+        library = _cache_folder() / f"kernels-{key[:20]}.so"
+        if not os.path.exists(library):  # unlike Path.exists, no error where the folder is forbidden
+            built = Path(folder) / "kernels.so"
+            result = subprocess.run(
+                [compiler, *COMPILER_FLAGS, str(source), "-o", str(built), "-lm"],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            if result.returncode != 0:
+                raise RelformError(
+                    f"{compiler} cannot compile the kernels: {' '.join(result.stderr.split())[:500]}"
+                )
+            _publish(built, library)
+    return library
+
+
+def _publish(built: Path, library: Path) -> None:
+    """Move a finished file into the cache at once, so that several processes may compile at the same time."""
+    try:
+        library.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=library.parent, delete=False) as staged:
+            staged.write(built.read_bytes())
+        os.replace(staged.name, library)
+    except OSError as error:
+        raise RelformError(
+            f"{library}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to another folder"
+        ) from None
+
+
+def _cache_folder() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "relform"
+
+
+def _cpu() -> str:
+    """What -march=native depends on."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return "\n".join(sorted({line for line in lines if line.startswith(("model name", "flags"))}))

@@ -1,0 +1,64 @@
+"""Warm start of the next control step: shift the plan in time, and transform it into the next {mi} frames.
+
+The {mi} of a vehicle moves to where its body is predicted to be one period later; position and yaw of the
+shifted guess then start at zero, as those of the next measurement do (Algorithm MRTI).
+"""
+
+import numpy as np
+
+from relform_controller.ocp import layout
+from relform_controller.ocp.frames import rotation_z
+from relform_controller.ocp.problem import Array, Plan, TeamGeometry
+from relform_controller.solver.kernels import Kernels
+
+
+def hover_plan(initial_states: Array, hover_thrust: float, n_stages: int) -> Plan:
+    """The first guess of a flight: everything stays as it is.
+
+    Args:
+        initial_states: shape (vehicle, N_STATE).
+        hover_thrust: thrust of each rotor [N].
+        n_stages: length N of the horizon.
+    """
+    n_vehicles = len(initial_states)
+    states = np.repeat(initial_states[:, None], n_stages + 1, axis=1)
+    return Plan(states, np.full((n_vehicles, n_stages, layout.N_INPUT), hover_thrust))
+
+
+def shift(plan: Plan, kernels: Kernels) -> Plan:
+    """The plan one period later; the last input is repeated, and the last state follows from it."""
+    (following,) = kernels.predict(plan.states[:, -1], plan.thrusts[:, -1])
+    states = np.concatenate([plan.states[:, 1:], following[:, None]], axis=1)
+    thrusts = np.concatenate([plan.thrusts[:, 1:], plan.thrusts[:, -1:]], axis=1)
+    return Plan(states, thrusts)
+
+
+def transform(
+    plan: Plan, geometry: TeamGeometry, pairs: tuple[tuple[int, int], ...]
+) -> tuple[Plan, TeamGeometry]:
+    """Express a plan, and the geometry it was made for, in the {mi} frames anchored at its own first
+    states."""
+    states = plan.states.copy()
+    origin = plan.states[:, 0, layout.POSITION]  # p_IJ_I, of the next {mi} `J` in the present `I`
+    yaw = plan.states[:, 0, layout.YAW]
+    R_JI = [rotation_z(-angle) for angle in yaw]
+    for vehicle, R in enumerate(R_JI):
+        states[vehicle, :, layout.POSITION] = (
+            plan.states[vehicle, :, layout.POSITION] - origin[vehicle]
+        ) @ R.T
+        states[vehicle, :, layout.VELOCITY] = plan.states[vehicle, :, layout.VELOCITY] @ R.T
+        states[vehicle, :, layout.YAW] -= yaw[vehicle]
+    p_J1J2_J1 = np.array(
+        [
+            R_JI[i] @ (geometry.p_I1I2_I1[p] + rotation_z(geometry.yaw_I1I2[p]) @ origin[j] - origin[i])
+            for p, (i, j) in enumerate(pairs)
+        ]
+    )
+    yaw_J1J2 = np.array([geometry.yaw_I1I2[p] + yaw[j] - yaw[i] for p, (i, j) in enumerate(pairs)])
+    next_geometry = TeamGeometry(
+        p_I1I2_I1=p_J1J2_J1,
+        yaw_I1I2=yaw_J1J2,
+        p_NI_N=geometry.p_NI_N + rotation_z(geometry.yaw_NI) @ origin[0],
+        yaw_NI=geometry.yaw_NI + float(yaw[0]),
+    )
+    return Plan(states, plan.thrusts), next_geometry

@@ -1,0 +1,1 @@
+"""The nodes: one quadrotor per vehicle, and the clock."""

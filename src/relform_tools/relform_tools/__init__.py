@@ -1,1 +1,0 @@
-"""Bags, metrics, figures and in-process runs of relform."""

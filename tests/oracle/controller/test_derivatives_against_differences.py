@@ -1,0 +1,117 @@
+"""Derivatives of the model and of all residuals against differences of a simulation in the world frame."""
+
+import numpy as np
+import pytest
+
+from relform_controller.ocp import layout
+from relform_controller.ocp.cost import CostLinearization, NetAcceleration, TeamCost
+from relform_controller.ocp.problem import Plan
+from relform_controller.solver.dense.condensing import StateMaps, condense
+from relform_controller.solver.kernels import Kernels
+from support.problems import Problem, random_problem, random_thrusts_of_team, residual, simulate, weights
+from support.world import Array
+
+STEP = 1e-5
+
+
+def linearize(problem: Problem, guess: Plan) -> tuple[TeamCost, StateMaps, CostLinearization]:
+    """As RealTimeIteration.prepare does."""
+    ocp = problem.ocp
+    kernels = Kernels(ocp)
+    outputs = kernels.vehicle_stage(guess.states[:, :-1], guess.thrusts)
+    following, A, B, *acceleration = (
+        output.reshape(ocp.n_vehicles, ocp.n_stages, *output.shape[1:]).copy() for output in outputs
+    )
+    maps = condense(A, B, following - guess.states[:, 1:])
+    cost = TeamCost(ocp, kernels)
+    return cost, maps, cost.linearize(guess, problem.poses.geometry(), maps, NetAcceleration(*acceleration))
+
+
+def feasible_guess(problem: Problem, seed: int) -> Plan:
+    thrusts = random_thrusts_of_team(seed, problem.ocp, problem.config.vehicle.hover_thrust)
+    return Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
+
+
+CASES = [(1, 2), (2, 3), (3, 4)]
+
+
+@pytest.mark.parametrize(("seed", "n_vehicles"), CASES)
+def test_derivatives_of_one_stage(seed: int, n_vehicles: int) -> None:
+    problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6")
+    ocp, guess = problem.ocp, feasible_guess(problem, seed)
+    following, A, B, *_ = Kernels(ocp).vehicle_stage(guess.states[:, :-1], guess.thrusts)
+    states, thrusts = (
+        guess.states[:, :-1].reshape(-1, layout.N_STATE),
+        guess.thrusts.reshape(-1, layout.N_INPUT),
+    )
+
+    def next_states(states: Array, thrusts: Array) -> Array:
+        pairs = zip(
+            states.reshape(n_vehicles, -1, layout.N_STATE).swapaxes(0, 1),
+            thrusts.reshape(n_vehicles, -1, layout.N_INPUT).swapaxes(0, 1),
+            strict=True,
+        )
+        stages = [simulate(ocp, x, u[:, None])[:, 1] for x, u in pairs]
+        return np.stack(stages, axis=1).reshape(-1, layout.N_STATE)
+
+    np.testing.assert_allclose(following, guess.states[:, 1:].reshape(-1, layout.N_STATE), atol=1e-12)
+    for column, delta in enumerate(np.eye(layout.N_STATE) * STEP):
+        slope = (next_states(states + delta, thrusts) - next_states(states - delta, thrusts)) / (2 * STEP)
+        np.testing.assert_allclose(A[:, :, column], slope, atol=1e-7)
+    for column, delta in enumerate(np.eye(layout.N_INPUT) * STEP):
+        slope = (next_states(states, thrusts + delta) - next_states(states, thrusts - delta)) / (2 * STEP)
+        np.testing.assert_allclose(B[:, :, column], slope, atol=1e-7)
+
+
+@pytest.mark.parametrize(("seed", "n_vehicles"), CASES)
+def test_residuals_and_their_gauss_newton_jacobian(seed: int, n_vehicles: int) -> None:
+    problem = random_problem(
+        seed, n_vehicles, "controller.horizon_steps=6", "controller.weights.thrust_rate_per_n2=0.7"
+    )
+    guess = feasible_guess(problem, seed)
+    cost, _, linearization = linearize(problem, guess)
+    found = cost.residual(
+        linearization,
+        np.zeros_like(guess.states),
+        problem.poses.geometry(),
+        problem.reference,
+        problem.applied_thrusts,
+    )
+    np.testing.assert_allclose(found, residual(problem, problem.initial_states, guess.thrusts), atol=1e-11)
+    np.testing.assert_allclose(cost.weights, weights(problem))
+
+    flat = guess.thrusts.reshape(-1)
+
+    def at(thrusts: Array) -> Array:
+        return residual(problem, problem.initial_states, thrusts.reshape(guess.thrusts.shape))
+
+    slopes = [(at(flat + delta) - at(flat - delta)) / (2 * STEP) for delta in np.eye(flat.size) * STEP]
+    np.testing.assert_allclose(linearization.jacobian, np.array(slopes).T, atol=2e-7)
+
+
+@pytest.mark.parametrize(("seed", "n_vehicles"), CASES)
+def test_residuals_to_first_order_in_the_initial_state(seed: int, n_vehicles: int) -> None:
+    """What the embedding of a measurement relies on."""
+    problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6")
+    guess = feasible_guess(problem, seed)
+    cost, maps, linearization = linearize(problem, guess)
+    directions = np.random.default_rng(seed).uniform(-1.0, 1.0, (10, *problem.initial_states.shape))
+    for direction in directions:
+        change = cost.residual(
+            linearization,
+            maps.free_response(direction),
+            problem.poses.geometry(),
+            problem.reference,
+            problem.applied_thrusts,
+        ) - cost.residual(
+            linearization,
+            np.zeros_like(guess.states),
+            problem.poses.geometry(),
+            problem.reference,
+            problem.applied_thrusts,
+        )
+        ahead, behind = (
+            residual(problem, problem.initial_states + sign * STEP * direction, guess.thrusts)
+            for sign in (1, -1)
+        )
+        np.testing.assert_allclose(change, (ahead - behind) / (2 * STEP), atol=1e-6)

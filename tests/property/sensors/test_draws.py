@@ -1,0 +1,188 @@
+"""What is lost or out of view changes no other draw: flights with the same seed stay comparable."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from relform_core.load import load_scenario
+from relform_core.measurements import Odometry, VehicleMeasurements
+from relform_core.scenario_config import Dropout, Outliers, ScenarioConfig
+from relform_sensors.suite import SensorSuite
+
+CONFIG = load_scenario(Path(__file__).parents[3] / "config/scenarios/paper.yaml").config
+SENSORS = ("imu", "optic_flow", "sonar", "range_bearing", "localization")
+N_STEPS = 6
+OUT_OF_VIEW = np.array([500.0, 0.0, 0.0])
+ZEROS = np.zeros((6, 6))
+
+sensor_sets = st.sets(st.sampled_from(SENSORS))
+step_sets = st.sets(st.integers(0, N_STEPS - 1))
+probabilities = st.floats(0.0, 1.0)
+
+
+def ground_truth(step: int, hidden: Mapping[str, set[int]]) -> dict[str, Odometry]:
+    """A flying, tilted team; a hidden vehicle is far away at these steps."""
+    truth = {}
+    for index, name in enumerate(CONFIG.team.vehicles):
+        position = np.array([-1.0 * index, 0.3 * index + 0.1 * step, 2.0 - 0.3 * index])
+        if step in hidden.get(name, ()):
+            position = position + OUT_OF_VIEW
+        q_NB = Rotation.from_euler("ZYX", [0.3 * step, 0.2 - 0.1 * index, 0.1 * step]).as_quat()
+        velocity, rates = np.array([1.0, 0.2 * index, -0.1 * step]), np.array([0.1 * step, -0.2, 0.3 * index])
+        truth[name] = Odometry(step * CONFIG.period_ns, position, q_NB, velocity, rates, ZEROS, ZEROS)
+    return truth
+
+
+def fly(
+    config: ScenarioConfig, name: str, seed: int, hidden: Mapping[str, set[int]] | None = None
+) -> list[VehicleMeasurements]:
+    suite = SensorSuite(config, seed, name)
+    f_NB_B = np.array([0.1, -0.2, 9.7])
+    return [suite.transmit(suite.read(ground_truth(step, hidden or {}), f_NB_B)) for step in range(N_STEPS)]
+
+
+def bits(value: Any) -> Any:
+    """Everything that a message holds, to compare bit for bit."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, list):
+        return [bits(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: bits(item) for key, item in value.items()}
+    if hasattr(value, "__dataclass_fields__"):
+        return {field.name: bits(getattr(value, field.name)) for field in fields(value)}
+    return value
+
+
+def dropout(sensor: str, start: float, probability: float, target: str) -> Dropout:
+    return Dropout.model_validate(
+        {
+            "kind": "dropout",
+            "sensor": sensor,
+            "start_s": start,
+            "end_s": 10.0,
+            "probability": probability,
+            "target": target,
+        }
+    )
+
+
+def with_dropouts(sensors: set[str], probability: float) -> ScenarioConfig:
+    changed = {
+        sensor: getattr(CONFIG.sensors, sensor).model_copy(update={"dropout_probability": probability})
+        for sensor in sensors
+    }
+    return CONFIG.model_copy(update={"sensors": CONFIG.sensors.model_copy(update=changed)})
+
+
+def assert_the_rest_is_the_same(
+    reference: list[VehicleMeasurements], other: list[VehicleMeasurements], *, may_lose: set[str]
+) -> None:
+    for expected, actual in zip(reference, other, strict=True):
+        for sensor in SENSORS:
+            message = getattr(actual, sensor)
+            if message is None:
+                assert sensor in may_lose or getattr(expected, sensor) is None
+            elif sensor == "range_bearing" and sensor in may_lose:
+                for target, seen in message.by_target.items():
+                    assert bits(seen) == bits(expected.range_bearing.by_target[target])
+            else:
+                assert bits(message) == bits(getattr(expected, sensor))
+
+
+@given(
+    seed=st.integers(0, 2**32),
+    name=st.sampled_from(CONFIG.team.vehicles),
+    sensors=sensor_sets,
+    probability=probabilities,
+)
+def test_dropouts_of_the_sensors(seed: int, name: str, sensors: set[str], probability: float) -> None:
+    dropped = fly(with_dropouts(sensors, probability), name, seed)
+    assert_the_rest_is_the_same(fly(CONFIG, name, seed), dropped, may_lose=sensors)
+
+
+@given(
+    seed=st.integers(0, 2**32),
+    name=st.sampled_from(CONFIG.team.vehicles),
+    sensors=sensor_sets,
+    probability=probabilities,
+    start=st.floats(0.0, 0.3),
+)
+def test_dropout_events(seed: int, name: str, sensors: set[str], probability: float, start: float) -> None:
+    sensors = sensors - {"localization"} if name != CONFIG.team.leader else sensors
+    events = tuple(dropout(sensor, start, probability, name) for sensor in sorted(sensors))
+    dropped = fly(CONFIG.model_copy(update={"events": events}), name, seed)
+    assert_the_rest_is_the_same(fly(CONFIG, name, seed), dropped, may_lose=sensors)
+
+
+@given(
+    seed=st.integers(0, 2**32),
+    hidden=st.fixed_dictionaries({"follower_1": step_sets, "follower_2": step_sets}),
+)
+def test_targets_out_of_view(seed: int, hidden: dict[str, set[int]]) -> None:
+    reference = fly(CONFIG, "leader", seed)
+    for step, (expected, actual) in enumerate(
+        zip(reference, fly(CONFIG, "leader", seed, hidden), strict=True)
+    ):
+        visible = [name for name in ("follower_1", "follower_2") if step not in hidden[name]]
+        assert list(actual.range_bearing.by_target) == visible
+        for name in visible:
+            assert bits(actual.range_bearing.by_target[name]) == bits(expected.range_bearing.by_target[name])
+        assert bits(actual.imu) == bits(expected.imu)
+
+
+@given(seed=st.integers(0, 2**32), probability=probabilities, start=st.floats(0.0, 0.2))
+def test_outliers(seed: int, probability: float, start: float) -> None:
+    event = Outliers(
+        kind="outliers",
+        start_s=start,
+        end_s=0.25,
+        target="follower_1",
+        probability=probability,
+        range_std_m=1.0,
+        bearing_std_deg=60.0,
+    )
+    reference = fly(CONFIG, "follower_1", seed)
+    hit = fly(CONFIG.model_copy(update={"events": (event,)}), "follower_1", seed)
+    for step, (expected, actual) in enumerate(zip(reference, hit, strict=True)):
+        acting = start <= step * 0.05 < 0.25 and probability > 0.0
+        for sensor in SENSORS:
+            if sensor != "range_bearing" or not acting:
+                assert bits(getattr(actual, sensor)) == bits(getattr(expected, sensor))
+
+
+@given(seed=st.integers(0, 2**32))
+def test_same_seed_same_bits_and_every_vehicle_and_seed_its_own(seed: int) -> None:
+    flight = bits(fly(CONFIG, "follower_1", seed))
+    assert flight == bits(fly(CONFIG, "follower_1", seed))
+    assert flight != bits(fly(CONFIG, "follower_1", seed + 1))
+    own, others = fly(CONFIG, "follower_1", seed)[0], fly(CONFIG, "follower_2", seed)[0]
+    truth = ground_truth(0, {})
+    assert not np.allclose(
+        own.imu.w_NB_B - truth["follower_1"].w_NB_B, others.imu.w_NB_B - truth["follower_2"].w_NB_B
+    )
+
+
+def test_events_and_dropouts_lose_as_much_as_both_causes_together() -> None:
+    config = with_dropouts({"imu", "sonar"}, 0.5).model_copy(
+        update={"events": (dropout("imu", 0.0, 0.5, "follower_2"), dropout("sonar", 0.0, 1.0, "follower_1"))}
+    )
+    flights = [fly(config, "follower_2", seed) for seed in range(200)]
+    arrived = {
+        sensor: np.mean([getattr(step, sensor) is not None for flight in flights for step in flight])
+        for sensor in ("imu", "sonar", "optic_flow")
+    }
+    assert abs(arrived["imu"] - 0.25) < 0.05
+    assert abs(arrived["sonar"] - 0.5) < 0.06  # the event hits another vehicle
+    assert arrived["optic_flow"] == 1.0
+
+
+def test_only_the_leader_is_localized() -> None:
+    assert all(step.localization is not None for step in fly(CONFIG, "leader", 1))
+    assert all(step.localization is None for step in fly(CONFIG, "follower_1", 1))

@@ -1,0 +1,33 @@
+"""The benchmark runs and tells every number; how fast it is depends on the machine and is not tested."""
+
+import re
+
+import pytest
+
+from relform_analysis.bench import main
+from support.scenarios import PAPER
+from support.sweeps import short_phases
+
+
+def test_every_number_of_short_flights(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--scenario", str(PAPER), "--set", short_phases(1.0), "--flights", "2"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].strip() == "paper: 3 vehicles, 2 flights of 1 s"
+    numbers = {
+        name.strip(): [float(number) for number in values.split()]
+        for name, values in re.findall(r"^ (\S.*?)((?:\s+[0-9.]+){3})\s*$", "\n".join(lines), re.MULTILINE)
+    }
+    assert len(numbers) == 6
+    for median, least, most in numbers.values():
+        assert 0.0 < least <= median <= most
+    assert numbers["SQP steps per control step"][2] == 2.0
+    (factor, *_), (cpu_time, *_) = (
+        numbers["real-time factor on one core"],
+        numbers["CPU time of a flight (s)"],
+    )
+    assert factor == pytest.approx(1.0 / cpu_time, rel=0.2)
+
+
+def test_a_key_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--scenario", str(PAPER), "--set", "controller.wings=2"]) == 2
+    assert capsys.readouterr().err == "bench: --set controller.wings: unknown key\n"

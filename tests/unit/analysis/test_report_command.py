@@ -1,0 +1,43 @@
+"""scripts/report.py on what it cannot use: one line, and an exit code that is not zero."""
+
+from pathlib import Path
+
+import pytest
+
+from relform_analysis.report.command import main
+
+
+def error_of(capsys: pytest.CaptureFixture[str], *arguments: Path | str) -> str:
+    assert main([str(argument) for argument in arguments]) == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.count("\n") == 1
+    return output.err.removeprefix("error: ").rstrip()
+
+
+def test_path_that_leads_nowhere(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "nowhere"
+    assert error_of(capsys, path) == f"{path}: no such file or folder"
+
+
+def test_empty_folder_is_neither_flight_nor_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        error_of(capsys, tmp_path)
+        == f"{tmp_path}: no bag: there is no .mcap file in it, and no sweep: there is no sweep.json in it"
+    )
+    assert not list(tmp_path.iterdir())
+
+
+def test_sweep_that_was_interrupted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "runs").mkdir()
+    assert error_of(capsys, tmp_path).endswith(
+        "no sweep: there is no sweep.json in it; the command that flew its runs goes on, and writes one"
+    )
+
+
+def test_empty_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "sweep.json").touch()
+    (tmp_path / "runs.csv").touch()
+    assert error_of(capsys, tmp_path).startswith(
+        f"{tmp_path / 'sweep.json'}: cannot be read: Expecting value"
+    )

@@ -1,0 +1,233 @@
+"""The report of a flight: numbers of the metrics, data of the log, and nothing that leads out of the file."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from relform_analysis.flight.log import FlightLog, FlightLogBuilder
+from relform_analysis.flight.metrics import (
+    flight_metrics,
+    formation_errors,
+    leader_errors,
+    scored_pairs,
+    steady_steps,
+)
+from relform_analysis.flight.summary import Ending, Outcome
+from relform_analysis.report.flight_page import flight_page, write_flight_report
+from relform_analysis.report.flight_source import ending_from_log
+from relform_analysis.report.packing import pack
+from relform_core.errors import FlightError, RelformError
+from support.logs import perfect_builder
+from support.pages import Page, unpack
+from support.scenarios import paper_scenario
+
+COMPLETED = Ending(Outcome.COMPLETED, reason=None, wall_time=5.0, flown=27.0)
+PHASES = ["A"] * 20 + ["B"] * 70
+ERRORS = {"follower_1": (0.03, 0.04, 0.0), "follower_2": (0.0, 0.0, 0.12), "leader": (0.0, 0.2, 0.0)}
+"""By which each vehicle is off its place in the second half of the flight [m]."""
+
+
+def flight(*overrides: str) -> FlightLog:
+    log = perfect_builder(paper_scenario(*overrides, seed=7), PHASES).build()
+    half = len(PHASES) // 2
+    for vehicle, name in enumerate(log.vehicles):
+        log.p_NB_N[half:, vehicle] += ERRORS[name]
+    log.solver["kkt"][3] = np.nan
+    log.rotor_speeds[:, 1, 2] = np.linspace(300.0, 500.0, len(PHASES))
+    return log
+
+
+@pytest.fixture(scope="module")
+def log() -> FlightLog:
+    return flight()
+
+
+@pytest.fixture(scope="module")
+def page(log: FlightLog) -> Page:
+    return Page(flight_page(log, COMPLETED, {"relform": "0.1.0", "git_commit": None}))
+
+
+@pytest.mark.parametrize("shape", [(0,), (5,), (4, 3), (2, 3, 4)])
+def test_packed_arrays_come_back_in_single_precision(shape: tuple[int, ...]) -> None:
+    values = np.random.default_rng(1).normal(size=shape) * 1e3
+    values.ravel()[:1] = np.nan
+    packed = pack(values.T)  # not contiguous
+    np.testing.assert_array_equal(unpack(packed), values.T.astype(np.float32))
+
+
+def test_data_is_the_flight(log: FlightLog, page: Page) -> None:
+    data = page.data
+    assert data["vehicles"] == list(log.vehicles)
+    for key, values in {
+        "tick": log.tick_ns / 1e9,
+        "position": log.p_NB_N,
+        "attitude": log.q_NB,
+        "step": log.step_ns / 1e9,
+        "reference": log.leader_p_NB_N__ref,
+        "formation": log.p_BB_C__ref[:, 0],
+        "error": formation_errors(log, scored_pairs(log.scenario.config.team)),
+    }.items():
+        np.testing.assert_array_equal(unpack(data[key]), values.astype(np.float32), err_msg=key)
+    named = [
+        (data["vehicles"][observer], data["vehicles"][target])
+        for observer, target in (pair["vehicles"] for pair in data["pairs"])
+    ]
+    assert named == list(scored_pairs(log.scenario.config.team))
+
+
+def test_phases_and_their_steady_windows(log: FlightLog, page: Page) -> None:
+    first, second = page.data["phases"]
+    assert (first["name"], first["start"], first["steady"], first["end"]) == ("A", 0.0, 0.0, 1.0)
+    assert (second["name"], second["title"]) == ("B", "straight line")
+    assert (second["start"], second["steady"], second["end"]) == pytest.approx((1.0, 3.5, 4.5))
+    time = log.step_ns / 1e9
+    in_windows = (time < 1.0) | (time > 3.5 - 1e-9)
+    np.testing.assert_array_equal(in_windows, steady_steps(log))
+
+
+def test_plots_hold_the_errors_speeds_and_solver(log: FlightLog, page: Page) -> None:
+    panels = {panel["title"]: panel for panel in page.data["panels"]}
+    position_error, yaw_error = leader_errors(log)
+    rpm = log.rotor_speeds * 30.0 / np.pi
+    for title, line, values in (
+        ("Formation error", 2, formation_errors(log, [("follower_2", "follower_1")])[:, 0]),
+        ("Leader position error", 0, position_error),
+        ("Leader yaw error", 0, np.degrees(yaw_error)),
+        ("Rotor speeds, follower_1", 2, rpm[:, 1, 2]),
+        ("Solver: KKT value", 1, log.solver["kkt"]),
+        ("Solver: time per control step", 0, np.full(len(PHASES), 3.0)),
+        ("Solver: SQP steps per control step", 0, np.full(len(PHASES), 2.0)),
+    ):
+        drawn = unpack(panels[title]["lines"][line]["values"])
+        np.testing.assert_allclose(drawn, values, rtol=1e-6, err_msg=title)
+    assert panels["Formation error"]["guides"][0]["values"] == [0.068]
+    assert panels["Rotor speeds, leader"]["guides"][0]["values"] == pytest.approx([1200.0, 6000.0])
+    assert panels["Solver: time per control step"]["guides"][0]["values"] == [50.0]
+
+
+def test_tables_are_the_metrics(log: FlightLog, page: Page) -> None:
+    metrics = flight_metrics(log)
+    compared = {label: value for label, value, _ in page.tables["compared"][1:]}
+    assert compared["formation error, steady, mean"] == f"{metrics.score.formation.steady.mean:.3f} m"
+    assert compared["formation error, maximum of all"] == f"{metrics.score.formation.all.max:.3f} m"
+    assert compared["smallest separation"] == f"{metrics.separation_min:.2f} m"
+    assert compared["real-time factor"] == "5.4"
+
+    head, *rows = page.tables["phases"]
+    assert head == ["", "", "A", "B", "C", "D", "E", "all", "steady"]
+    subjects = [*metrics.score.pairs, "leader position", "leader yaw"]
+    for index, subject in enumerate(subjects[:4]):
+        for offset, statistic in enumerate(("mean", "p95", "max")):
+            row = rows[3 * index + offset][-8:]  # the subject's name spans its three rows
+            scores = [phase.score for phase in metrics.phases] + [metrics.score]
+            errors = [
+                score.leader_position if isinstance(subject, str) else score.pairs[subject]
+                for score in scores
+            ]
+            values = [getattr(error.all, statistic) for error in errors]
+            values.append(getattr(errors[-1].steady, statistic))
+            assert row[0] == statistic
+            assert row[1:] == ["-" if np.isnan(value) else f"{value:.3f}" for value in values]
+
+
+def test_numbers_that_break_the_papers_bounds_are_marked(page: Page) -> None:
+    missed = re.findall(r'<td class="missed">([^<]*)</td>', page.html)
+    (steady, *_) = (value for label, value, _ in page.tables["compared"] if label.endswith("steady, mean"))
+    assert float(steady.split()[0]) > 0.068  # the flight of this test is a bad one
+    assert missed == [steady]
+
+
+def test_configuration_and_software_are_in_it(log: FlightLog, page: Page) -> None:
+    assert "mass_kg: 0.716" in page.text
+    assert page.tables["versions"] == [["relform", "0.1.0"], ["git_commit", "not installed"]]
+    assert "3 vehicles · scenario paper · seed 7 · 27.0 s flown" in page.text
+
+
+def test_nothing_leads_out_of_the_file(page: Page) -> None:
+    assert all(reference.startswith("data:") for reference in page.references)
+    style = page.html.partition("<style>")[2].partition("</style>")[0]
+    assert "url(" not in style
+    assert "@import" not in style
+    assert not re.findall(r"\b(fetch|XMLHttpRequest|WebSocket|import)\s*\(", page.scripts[-1])
+    assert "default-src 'none'" in page.html
+    assert len(page.html) < 500_000
+
+
+def test_texts_of_a_scenario_are_texts() -> None:
+    title = "</script><script>alert(1)</script> & <b>"
+    log = flight(f'title="{title}"')
+    page = Page(flight_page(log, COMPLETED, {"<i>": "&amp;"}))
+    assert "alert" not in "".join(page.scripts)
+    assert title in page.text
+    assert page.tables["versions"] == [["<i>", "&amp;"]]
+
+
+def test_fault_is_told_first() -> None:
+    builder = perfect_builder(paper_scenario(), ["A"] * 5)
+    builder.add_fault(200_000_000, "follower_1", "follower_1 collided with leader")
+    log = builder.build()
+    ending = ending_from_log(log)
+    assert (ending.outcome, ending.reason) == (Outcome.FAULT, "follower_1 collided with leader")
+    page = Page(flight_page(log, ending, {}))
+    assert "The flight did not complete. at 0.20 s, follower_1 collided with leader" in page.text
+    assert page.text.index("did not complete") < page.text.index("Beside the paper")
+
+
+def test_recording_that_ends_early_says_so() -> None:
+    log = perfect_builder(paper_scenario(), PHASES).build()
+    ending = ending_from_log(log)
+    assert ending.outcome is Outcome.INTERRUPTED
+    page = Page(flight_page(log, ending, {}))
+    assert "The recording ends after 90 of 540 control steps." in page.text
+    assert "Not recorded" not in page.text
+
+
+@pytest.mark.parametrize("phases", [["A"], ["A"] * 20 + ["B"]])
+def test_short_flights_and_what_was_not_recorded(phases: list[str]) -> None:
+    log = perfect_builder(paper_scenario(), phases).build()
+    log.rotor_speeds[:] = np.nan
+    for values in log.solver.values():
+        values[:] = np.nan
+    page = Page(flight_page(log, ending_from_log(log), {}))
+    rows = {label: value for label, value, _ in page.tables["compared"][1:]}
+    assert rows["rotor speed, maximum"] == "-"
+    assert "real-time factor" not in rows  # unknown, and the paper says nothing of it
+    assert (
+        "Not recorded: /leader/rotor_speeds, /follower_1/rotor_speeds, /follower_2/rotor_speeds" in page.text
+    )
+    assert "nan" not in page.text.lower().split()
+
+
+def test_flight_without_control_steps_has_no_report(tmp_path: Path) -> None:
+    log = FlightLogBuilder(paper_scenario()).build()
+    with pytest.raises(FlightError, match=r"report\.html: no report: the flight has no control step$"):
+        write_flight_report(tmp_path / "report.html", log, COMPLETED, {})
+    assert not list(tmp_path.iterdir())
+
+
+def test_unwritable_file_is_one_line(tmp_path: Path, log: FlightLog) -> None:
+    (tmp_path / "file").touch()
+    path = tmp_path / "file/report.html"
+    with pytest.raises(RelformError, match=f"^{re.escape(str(path))}: cannot be written: Not a directory$"):
+        write_flight_report(path, log, COMPLETED, {})
+
+
+def test_same_flight_same_report(tmp_path: Path, log: FlightLog) -> None:
+    paths = [tmp_path / name for name in ("first.html", "second.html")]
+    for path in paths:
+        write_flight_report(path, log, COMPLETED, {"relform": "0.1.0"})
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    assert sorted(tmp_path.iterdir()) == paths
+
+
+def test_neither_matplotlib_nor_casadi_is_waited_for() -> None:
+    code = (
+        "import relform_analysis.report.command, sys; "
+        "sys.exit(bool({'matplotlib', 'casadi', 'scipy.stats', 'rclpy'} & set(sys.modules)))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, env=os.environ)

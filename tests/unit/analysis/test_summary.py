@@ -1,0 +1,119 @@
+"""summary.json: complete, free of NaN, written at once; and the table made of it."""
+
+import json
+import re
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from relform_analysis.flight.log import FlightLogBuilder
+from relform_analysis.flight.metrics import flight_metrics
+from relform_analysis.flight.summary import Ending, Outcome, build_summary, write_summary
+from relform_analysis.report.console import print_table
+from relform_core.errors import FlightError
+from support.logs import perfect_builder
+from support.scenarios import paper_scenario
+
+COMPLETED = Ending(Outcome.COMPLETED, reason=None, wall_time=5.0, flown=30.0)
+DOCUMENTATION = Path(__file__).parents[3] / "docs/summary.md"
+
+
+def summary_of(builder: FlightLogBuilder, ending: Ending = COMPLETED) -> dict[str, Any]:
+    metrics = flight_metrics(builder.build())
+    return build_summary(paper_scenario(seed=7), metrics, ending, {"relform": "0.1.0", "git_commit": None})
+
+
+@pytest.fixture
+def summary() -> dict[str, Any]:
+    builder = perfect_builder(paper_scenario(seed=7), ["A"] * 20 + ["B"] * 60)
+    log = builder.build()
+    log.p_NB_N[70:, 1] += [0.0, 0.3, 0.4]
+    metrics = flight_metrics(log)
+    return build_summary(paper_scenario(seed=7), metrics, COMPLETED, {"relform": "0.1.0", "git_commit": None})
+
+
+def numbers(value: Any) -> list[float]:
+    if isinstance(value, dict | list):
+        return [n for each in (value.values() if isinstance(value, dict) else value) for n in numbers(each)]
+    return [value] if isinstance(value, float) else []
+
+
+def test_who_flew_what(summary: dict[str, Any]) -> None:
+    assert summary["scenario"] == "paper"
+    assert summary["seed"] == 7
+    assert summary["vehicles"] == ["leader", "follower_1", "follower_2"]
+    assert (summary["outcome"], summary["reason"]) == ("completed", None)
+    assert (summary["steps"], summary["steps_planned"]) == (80, 540)
+    assert summary["realtime_factor"] == 6.0
+    assert summary["versions"] == {"relform": "0.1.0", "git_commit": None}
+
+
+def test_numbers_in_the_units_of_their_keys(summary: dict[str, Any]) -> None:
+    assert summary["peak_m"] == pytest.approx(0.5)
+    assert summary["steady_mean_m"] == pytest.approx(2 * 10 * 0.5 / (3 * 30))
+    assert summary["rotor_max_rpm"] == pytest.approx(430.0 * 60.0 / (2.0 * np.pi))
+    assert summary["step_ms_median"] == pytest.approx(3.0)
+    assert summary["leader_yaw_max_deg"] == pytest.approx(0.0, abs=1e-6)
+    pair = summary["phases"][1]["pairs"][0]
+    assert (pair["observer"], pair["target"]) == ("leader", "follower_1")
+    assert pair["steady_mean_m"] == pytest.approx(0.5)
+    assert pair["mean_m"] == pytest.approx(10 * 0.5 / 60)
+    assert summary["phases"][1]["start_s"] == pytest.approx(1.0)
+
+
+def test_phases_that_were_not_reached_are_null(summary: dict[str, Any]) -> None:
+    never = summary["phases"][4]
+    assert (never["name"], never["steps"], never["start_s"], never["mean_m"]) == ("E", 0, None, None)
+
+
+@pytest.mark.parametrize("outcome", [Outcome.INTERRUPTED, Outcome.FAILED, Outcome.FAULT])
+def test_flight_that_never_began(tmp_path: Path, outcome: Outcome) -> None:
+    ending = Ending(outcome, reason="/leader/quadrotor died", wall_time=0.0, flown=0.0)
+    summary = summary_of(FlightLogBuilder(paper_scenario()), ending)
+    assert (summary["outcome"], summary["reason"]) == (outcome.value, "/leader/quadrotor died")
+    assert summary["realtime_factor"] is None
+    assert summary["steady_mean_m"] is None
+    write_summary(tmp_path / "summary.json", summary)
+    print_table(summary, Console(file=StringIO()))
+
+
+def test_file_is_strict_json_with_finite_numbers(tmp_path: Path, summary: dict[str, Any]) -> None:
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is no JSON")
+
+    path = tmp_path / "summary.json"
+    write_summary(path, summary)
+    assert json.loads(path.read_text(), parse_constant=refuse) == summary
+    assert np.isfinite(numbers(summary)).all()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["summary.json"]
+
+
+def test_unwritable_file_is_one_line(tmp_path: Path, summary: dict[str, Any]) -> None:
+    (tmp_path / "file").touch()
+    path = tmp_path / "file/summary.json"
+    with pytest.raises(FlightError, match=f"^{re.escape(str(path))}: cannot be written: Not a directory$"):
+        write_summary(path, summary)
+
+
+def test_every_key_is_documented(summary: dict[str, Any]) -> None:
+    documented = set(re.findall(r"`(\w+)`", DOCUMENTATION.read_text()))
+    phase, pair = summary["phases"][0], summary["pairs"][0]
+    assert {*summary, *phase, *pair} - documented == set()
+
+
+def test_table_shows_each_phase_and_pair_and_the_paper(summary: dict[str, Any]) -> None:
+    output = StringIO()
+    print_table(summary, Console(file=output, width=80))
+    text = output.getvalue()
+    assert "\x1b" not in text  # no terminal, no colours
+    assert max(map(len, text.splitlines())) <= 80
+    assert "80 of 540 control steps" in text
+    assert "< 0.068 m" in text
+    (steady,) = re.findall(r"formation error, steady, mean +(\S+) m", text)
+    assert steady == f"{summary['steady_mean_m']:.3f}"
+    rows = re.findall(r"^ ?(\S.*?)? +mean +(\S+) +(\S+) +(\S+)", text, flags=re.MULTILINE)
+    assert rows[0] == ("leader ->", "0.000", "0.083", "-")

@@ -1,0 +1,82 @@
+"""Bag time over steady time."""
+
+import math
+
+import pytest
+
+from relform_bags.timeline import PlaybackOptions, Timeline
+from relform_core.errors import BagError
+
+S = 1_000_000_000
+
+
+def test_bag_time_runs_at_its_rate() -> None:
+    timeline = Timeline(7 * S, rate=2.5, now=100.0, paused=False)
+    assert timeline.bag_time_ns(100.0) == 7 * S
+    assert timeline.bag_time_ns(102.0) == 12 * S
+    assert timeline.wait_for(17 * S, now=102.0) == pytest.approx(2.0)
+    assert timeline.wait_for(11 * S, now=102.0) == 0.0, "what is overdue comes at once"
+
+
+def test_a_pause_stops_bag_time_and_nothing_is_due() -> None:
+    timeline = Timeline(0, rate=0.5, now=10.0, paused=False)
+    timeline.toggle_pause(now=14.0)
+    assert timeline.paused
+    assert timeline.bag_time_ns(500.0) == 2 * S
+    assert timeline.wait_for(2 * S, now=500.0) is None
+    timeline.toggle_pause(now=1000.0)
+    assert timeline.bag_time_ns(1002.0) == 3 * S
+
+
+def test_another_rate_holds_from_now_on() -> None:
+    timeline = Timeline(0, rate=1.0, now=0.0, paused=False)
+    timeline.set_rate(4.0, now=3.0)
+    assert timeline.bag_time_ns(5.0) == 11 * S
+    timeline.set_rate(0.5, now=5.0)
+    assert timeline.rate == 0.5
+    assert timeline.bag_time_ns(7.0) == 12 * S
+
+
+def test_a_jump_moves_bag_time_paused_or_not() -> None:
+    timeline = Timeline(3 * S, rate=1.0, now=0.0, paused=True)
+    timeline.jump(8 * S, now=2.0)
+    assert timeline.bag_time_ns(50.0) == 8 * S
+    timeline.toggle_pause(now=60.0)
+    assert timeline.bag_time_ns(61.5) == 8 * S + S * 3 // 2
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        ({"rate": 0.0}, "rate must be above 0 (got 0.0)"),
+        ({"rate": -1.0}, "rate must be above 0 (got -1.0)"),
+        ({"rate": math.inf}, "rate must be above 0 (got inf)"),
+        ({"rate": math.nan}, "rate must be above 0 (got nan)"),
+        ({"delay": -1.0}, "delay must be at least 0 s (got -1.0)"),
+        ({"duration": math.nan}, "duration must be a number (got nan)"),
+        ({"start_offset": -0.5}, "start offset must be at least 0 s (got -0.5)"),
+        ({"start_offset": math.nan}, "start offset must be at least 0 s (got nan)"),
+    ],
+)
+def test_options_have_bounds(options: dict[str, float], problem: str) -> None:
+    with pytest.raises(BagError) as error:
+        PlaybackOptions(**options)
+    assert str(error.value) == problem
+
+
+@pytest.mark.parametrize(
+    ("options", "end_ns"),
+    [
+        ({}, None),
+        ({"duration": 0.0}, 4 * S),
+        ({"duration": 2.5}, 6 * S + S // 2),
+        ({"until_ns": 5 * S}, 5 * S),
+        ({"duration": 2.5, "until_ns": 5 * S}, 6 * S + S // 2),
+        ({"duration": 0.5, "until_ns": 5 * S}, 5 * S),
+        ({"duration": math.inf}, None),
+    ],
+)
+def test_the_later_of_two_ends_holds(options: dict[str, float], end_ns: int | None) -> None:
+    chosen = PlaybackOptions(start_offset=1.0, **options)
+    assert chosen.start_ns(3 * S) == 4 * S
+    assert chosen.end_ns(3 * S) == end_ns

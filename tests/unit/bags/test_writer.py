@@ -1,0 +1,209 @@
+"""What can go wrong while a bag is written: one line, and nothing lost that was safe."""
+
+import errno
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from relform_bags import writer as bag_writer
+from relform_bags.metadata import METADATA_FILE
+from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
+from relform_bags.recover import recover_bag
+from relform_bags.writer import RESERVE_BYTES, BagWriter
+from relform_core.errors import BagError
+
+CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
+CLOCK_DATA = b"\x00\x01\x00\x00\x07\x00\x00\x00\x08\x00\x00\x00"
+
+
+def messages(file: Path) -> list[BagMessage]:
+    return [entry for entry in read_bag(file) if isinstance(entry, BagMessage)]
+
+
+def started(folder: Path) -> BagWriter:
+    writer = BagWriter(folder, {"config.yaml": "seed: 3\n"})
+    writer.add_topic("/clock", CLOCK_TYPE, [])
+    return writer
+
+
+def test_flushed_messages_and_attachments_outlive_the_writer(tmp_path: Path) -> None:
+    writer = started(tmp_path / "bag")
+    for number in range(5):
+        writer.write("/clock", CLOCK_DATA, number, 1000 + number)
+    writer.flush()
+    writer.write("/clock", CLOCK_DATA, 5, 1005)
+    entries = list(read_bag(writer.file))
+    assert entries[0] == BagAttachment("config.yaml", "seed: 3\n")
+    assert entries[1:] == [BagMessage("/clock", CLOCK_TYPE, CLOCK_DATA, n, 1000 + n) for n in range(5)]
+    writer.close()
+    assert len(messages(writer.file)) == 6
+
+
+def test_large_chunks_are_finished_without_being_told(tmp_path: Path) -> None:
+    writer = started(tmp_path / "bag")
+    writer.write("/clock", bytes(bag_writer.CHUNK_BYTES + 1), 0, 0)
+    assert len(messages(writer.file)) == 1
+    writer.close()
+
+
+def test_closed_bag_has_metadata_and_nothing_else(tmp_path: Path) -> None:
+    writer = started(tmp_path / "flight")
+    assert sum(path.stat().st_size for path in writer.folder.iterdir()) > RESERVE_BYTES
+    writer.close()
+    writer.close()
+    assert sorted(path.name for path in writer.folder.iterdir()) == ["flight_0.mcap", METADATA_FILE]
+
+
+def test_topics_of_a_read(tmp_path: Path) -> None:
+    with started(tmp_path / "bag") as writer:
+        writer.add_topic("/other", CLOCK_TYPE, [])
+        writer.write("/clock", CLOCK_DATA, 0, 0)
+        writer.write("/other", CLOCK_DATA, 0, 0)
+    read = [
+        entry.topic for entry in read_bag(writer.file, topics=["/other"]) if isinstance(entry, BagMessage)
+    ]
+    assert read == ["/other"]
+
+
+def test_existing_folder_is_not_touched(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag/precious").write_text("data")
+    with pytest.raises(
+        BagError, match=f"^{re.escape(str(tmp_path / 'bag'))} exists already, not overwriting"
+    ):
+        started(tmp_path / "bag")
+    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["precious"]
+
+
+def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    folder = tmp_path / "file/bag"
+    with pytest.raises(
+        BagError, match=f"^{re.escape(str(folder))}: no bag can be written there: Not a directory$"
+    ):
+        started(folder)
+
+
+@pytest.mark.parametrize("name", ["nowhere_msgs/msg/Clock", "rosgraph_msgs/msg/Watch"])
+def test_type_that_is_not_installed(tmp_path: Path, name: str) -> None:
+    with started(tmp_path / "bag") as writer, pytest.raises(BagError, match=f"^message type '{name}'"):
+        writer.add_topic("/topic", name, [])
+
+
+class TinyDisk:
+    """Lets `os.write` run into a full disk once the files in a folder take all of its capacity."""
+
+    def __init__(self, folder: Path, capacity: int, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.folder = folder
+        self.capacity = capacity
+        self.write = os.write
+        monkeypatch.setattr(os, "write", self.limited_write)
+
+    def limited_write(self, fd: int, data: bytes) -> int:
+        if not os.readlink(f"/proc/self/fd/{fd}").startswith(str(self.folder)):
+            return self.write(fd, data)
+        used = sum(path.stat().st_size for path in self.folder.iterdir())
+        room = max(0, self.capacity - used)
+        if room == 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return self.write(fd, bytes(data)[:room])
+
+
+def write_until_failure(writer: BagWriter) -> tuple[int, BagError]:
+    """Number of messages that were safe, and what was raised then."""
+    for number in range(1000):
+        writer.write("/clock", os.urandom(1000), number, number)
+        try:
+            writer.flush()
+        except BagError as error:
+            return number, error
+    raise AssertionError("the disk is not full")
+
+
+def test_full_disk_leaves_a_complete_bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    writer = started(tmp_path / "bag")
+    TinyDisk(writer.folder, RESERVE_BYTES + 20_000, monkeypatch)
+    safe, error = write_until_failure(writer)
+    assert str(error) == (
+        f"{writer.file} cannot be written any more: No space left on device; the bag is complete up to there"
+    )
+    assert len(messages(writer.file)) == safe > 10
+    assert recover_bag(writer.folder) is False
+    writer.close()  # nothing more to do, and no second error
+
+
+LIMITED = """
+import resource, sys
+from pathlib import Path
+from relform_core.errors import BagError
+from relform_bags.writer import BagWriter
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
+writer = BagWriter(Path(sys.argv[1]), {})
+writer.add_topic("/clock", "rosgraph_msgs/msg/Clock", [])
+try:
+    for number in range(1000):
+        writer.write("/clock", bytes(range(256)) * 20 + number.to_bytes(4) * 250, number, number)
+        writer.write("/clock", __import__("os").urandom(5000), number, number)
+        writer.flush()
+        safe = 2 * (number + 1)
+except BagError as error:
+    print(safe, error)
+"""
+
+
+def test_limit_of_the_file_size_leaves_a_recoverable_bag(tmp_path: Path) -> None:
+    folder = tmp_path / "bag"
+    run = subprocess.run(
+        [sys.executable, "-c", LIMITED, str(folder)], capture_output=True, text=True, check=True
+    )
+    safe, _, error = run.stdout.strip().partition(" ")
+    assert "cannot be written any more: File too large" in error
+    assert f"complete it with scripts/record.py --recover {folder}" in error
+    assert "\n" not in error
+    assert len(messages(folder / "bag_0.mcap")) == int(safe) > 100
+    assert recover_bag(folder) is True
+    assert len(messages(folder / "bag_0.mcap")) == int(safe)
+
+
+def test_bag_is_found_by_file_folder_or_run(tmp_path: Path) -> None:
+    started(tmp_path / "run/bag").close()
+    file = tmp_path / "run/bag/bag_0.mcap"
+    assert find_bag(file) == find_bag(file.parent) == find_bag(tmp_path / "run") == file
+
+
+@pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda path: None, "no such file or folder"),
+        (lambda path: path.mkdir(), "no bag: there is no .mcap file in it"),
+        (
+            lambda path: (path.mkdir(), (path / "a.mcap").touch(), (path / "b.mcap").touch()),
+            "its 2 .mcap files are not of one bag",
+        ),
+    ],
+)
+def test_no_bag_there(tmp_path: Path, make: object, expected: str) -> None:
+    path = tmp_path / "place"
+    make(path)
+    with pytest.raises(BagError, match=f"^{re.escape(str(path))}: {expected}"):
+        find_bag(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"name: paper\n", bytes(100)])
+def test_file_that_is_no_bag(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "bag_0.mcap"
+    path.write_bytes(content)
+    with pytest.raises(BagError, match=f"^{re.escape(str(path))}: not an MCAP file$"):
+        list(read_bag(path))
+    with pytest.raises(BagError, match=f"^{re.escape(str(path))}: not an MCAP file$"):
+        recover_bag(tmp_path)
+
+
+def test_nothing_to_recover(tmp_path: Path) -> None:
+    with pytest.raises(BagError, match="no bag: there is no"):
+        recover_bag(tmp_path)

@@ -1,0 +1,305 @@
+"""The controller as a whole, on measurements of a short agile flight."""
+
+import copy
+import dataclasses
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from relform_controller.formation_controller import FormationController
+from relform_controller.solver.algorithm import ModifiedRti, SolverState
+from relform_core.controller_config import WeightsConfig
+from relform_core.errors import ConfigError, FlightError
+from relform_core.measurements import TeamMeasurements
+from support.flights import AGILE, all_speeds, record, replaced, replay
+from support.scenarios import NOISE_FREE, paper_scenario
+
+SCENARIO = paper_scenario(AGILE, seed=4)
+CONFIG = SCENARIO.config
+N_STEPS = 36
+MEASURED, DECIDED = record(SCENARIO, N_STEPS)
+NAMES = CONFIG.team.vehicles
+
+
+def with_yaw_offsets(measurements: TeamMeasurements, offsets: dict[str, float]) -> TeamMeasurements:
+    """The same, but the IMUs believe that north is elsewhere."""
+    for name, offset in offsets.items():
+        imu = measurements.by_vehicle[name].imu
+        assert imu is not None
+        q_NB = (Rotation.from_euler("z", offset) * Rotation.from_quat(imu.q_NB)).as_quat()
+        measurements = replaced(measurements, name, imu=dataclasses.replace(imu, q_NB=q_NB))
+    return measurements
+
+
+@pytest.mark.parametrize(
+    "offsets", [{"follower_1": 1.3}, {"follower_2": -2.9}, {"follower_1": np.pi, "follower_2": 0.4}]
+)
+def test_the_yaw_of_a_followers_imu_changes_no_command(offsets: dict[str, float]) -> None:
+    turned = [with_yaw_offsets(measurements, offsets) for measurements in MEASURED]
+    speeds = all_speeds(replay(FormationController(CONFIG), turned))
+    assert np.abs(speeds - all_speeds(DECIDED)).max() < 1e-9
+
+
+def test_the_same_measurements_give_the_same_decisions_bit_for_bit() -> None:
+    again = replay(FormationController(CONFIG), MEASURED)
+    np.testing.assert_array_equal(all_speeds(again), all_speeds(DECIDED))
+    for found, expected in zip(again, DECIDED, strict=True):
+        for name in NAMES:
+            predicted = found.commands[name].predicted_speeds
+            np.testing.assert_array_equal(predicted, expected.commands[name].predicted_speeds)
+        assert found.solver.objective == expected.solver.objective
+        assert found.solver.kkt == expected.solver.kkt
+
+
+def test_feedback_then_prepare_next_is_a_step() -> None:
+    controller = FormationController(CONFIG)
+    for measurements, expected in zip(MEASURED[:10], DECIDED, strict=False):
+        found = controller.feedback(measurements)
+        controller.prepare_next()
+        np.testing.assert_array_equal(all_speeds([found]), all_speeds([expected]))
+
+
+def test_measurements_are_not_touched() -> None:
+    before = copy.deepcopy(MEASURED[:5])
+    replay(FormationController(CONFIG), MEASURED[:5])
+    for measurements, original in zip(MEASURED, before, strict=False):
+        for name in NAMES:
+            now, then = measurements.by_vehicle[name], original.by_vehicle[name]
+            assert now.imu is not None
+            assert then.imu is not None
+            np.testing.assert_array_equal(now.imu.q_NB, then.imu.q_NB)
+            np.testing.assert_array_equal(now.imu.w_NB_B, then.imu.w_NB_B)
+        leader = measurements.by_vehicle["leader"].localization
+        original_leader = original.by_vehicle["leader"].localization
+        assert leader is not None
+        assert original_leader is not None
+        np.testing.assert_array_equal(leader.p_NB_N, original_leader.p_NB_N)
+
+
+def test_decisions_of_the_past_stay_as_they_were() -> None:
+    """Nothing in a decision is overwritten by the next step."""
+    controller = FormationController(CONFIG)
+    first = controller.step(MEASURED[0])
+    kept = copy.deepcopy(first)
+    replay(controller, MEASURED[1:4])
+    for name in NAMES:
+        np.testing.assert_array_equal(first.commands[name].speeds, kept.commands[name].speeds)
+        np.testing.assert_array_equal(
+            first.commands[name].predicted_speeds, kept.commands[name].predicted_speeds
+        )
+    for pair, kept_pair in zip(first.pairs, kept.pairs, strict=True):
+        np.testing.assert_array_equal(pair.p_B1B2_C1__est, kept_pair.p_B1B2_C1__est)
+
+
+def test_the_change_of_thrust_is_counted_from_what_was_commanded(monkeypatch: pytest.MonkeyPatch) -> None:
+    applied: list[np.ndarray] = []
+    solve = ModifiedRti.solve
+
+    def listen(solver: ModifiedRti, *arguments: Any) -> Any:
+        applied.append(arguments[4])
+        return solve(solver, *arguments)
+
+    monkeypatch.setattr(ModifiedRti, "solve", listen)
+    decisions = replay(FormationController(CONFIG), MEASURED[:6])
+    np.testing.assert_array_equal(applied[0], np.full((3, 4), CONFIG.vehicle.hover_thrust))
+    thrusts = CONFIG.vehicle.thrust_coefficient * all_speeds(decisions) ** 2
+    np.testing.assert_allclose(applied[1:], thrusts[:-1])
+
+
+def test_commands_are_complete_and_within_the_limits() -> None:
+    for step, decision in enumerate(DECIDED):
+        assert decision.step == step
+        assert decision.stamp_ns == step * 50_000_000
+        assert tuple(decision.commands) == NAMES
+        for command in decision.commands.values():
+            assert (command.stamp_ns, command.period_ns) == (decision.stamp_ns, 50_000_000)
+            assert command.predicted_speeds.shape == (CONFIG.controller.horizon_steps - 1, 4)
+            speeds = np.vstack([command.speeds, command.predicted_speeds])
+            assert speeds.min() >= CONFIG.vehicle.rotor_speed_min * (1 - 1e-12)
+            assert speeds.max() <= CONFIG.vehicle.rotor_speed_max * (1 + 1e-12)
+
+
+def test_what_was_asked_and_seen_is_told() -> None:
+    for step, decision in enumerate(DECIDED):
+        phase, width = ("P", 0.5) if step < 20 else ("Q", 0.75)
+        assert decision.reference.phase == phase
+        np.testing.assert_allclose(decision.reference.formation["leader", "follower_1"], [-1.0, -width, -0.5])
+        assert [(pair.observer, pair.target) for pair in decision.pairs] == list(
+            itertools.permutations(NAMES, 2)
+        )
+        for pair in decision.pairs:
+            np.testing.assert_array_equal(
+                pair.p_B1B2_C1__ref, decision.reference.formation[pair.observer, pair.target]
+            )
+            # A team in formation: 0.025 m of noise, and what the turn and the change of the formation need.
+            assert np.linalg.norm(pair.p_B1B2_C1__est - pair.p_B1B2_C1__ref) < 0.6
+            assert not pair.yaw_held
+        localization = MEASURED[step].by_vehicle["leader"].localization
+        assert localization is not None
+        expected = np.linalg.norm(localization.p_NB_N - decision.reference.p_NB_N)
+        assert decision.leader_position_error == pytest.approx(expected)
+        yaw = Rotation.from_quat(localization.q_NB).as_euler("ZYX")[0]
+        assert decision.leader_yaw_error == pytest.approx(yaw - decision.reference.yaw_NB, abs=1e-9)
+
+
+def test_the_start_is_solved_to_its_tolerance_and_then_the_steps_are_few() -> None:
+    assert DECIDED[0].solver.state is SolverState.SOLVED
+    assert DECIDED[0].solver.kkt < CONFIG.controller.solver.kkt_tolerance_start
+    assert DECIDED[0].solver.sqp_steps > 3
+    assert (
+        max(decision.solver.sqp_steps for decision in DECIDED[1:]) == CONFIG.controller.solver.sqp_steps_max
+    )
+    assert all(decision.solver.state is not SolverState.FALLBACK for decision in DECIDED)
+
+
+def blind(measurements: TeamMeasurements, name: str) -> TeamMeasurements:
+    """The optic flow of one vehicle is not a number, as no sensor should say."""
+    flow = measurements.by_vehicle[name].optic_flow
+    assert flow is not None
+    return replaced(measurements, name, optic_flow=dataclasses.replace(flow, v_NB_B=np.full(3, np.nan)))
+
+
+def test_what_cannot_be_solved_flies_the_plan_and_then_recovers() -> None:
+    controller = FormationController(CONFIG)
+    replay(controller, MEASURED[:20])
+    decisions = [controller.step(blind(measurements, "follower_2")) for measurements in MEASURED[20:23]]
+    before = DECIDED[19]
+    for ahead, decision in enumerate(decisions):
+        assert decision.solver.state is SolverState.FALLBACK
+        assert decision.solver.fallback_reason
+        for name in NAMES:
+            planned = before.commands[name].predicted_speeds[ahead]
+            np.testing.assert_allclose(decision.commands[name].speeds, planned, rtol=1e-12)
+    after = controller.step(MEASURED[23])
+    assert after.solver.state is not SolverState.FALLBACK
+    assert np.isfinite(all_speeds([after])).all()
+
+
+EXACT = paper_scenario(AGILE, *NOISE_FREE, "controller.solver.sqp_steps_max=30", seed=4)
+EXACT_MEASURED, EXACT_DECIDED = record(EXACT, N_STEPS)
+
+
+@pytest.mark.parametrize("step", [10, 24], ids=["line", "turn"])
+@pytest.mark.parametrize(
+    "lost",
+    [
+        {"follower_1": ("imu", "optic_flow", "sonar", "range_bearing")},
+        {"leader": ("localization",)},
+        {"leader": ("range_bearing",), "follower_2": ("range_bearing", "imu")},
+        {name: ("imu", "optic_flow", "sonar", "range_bearing", "localization") for name in NAMES},
+    ],
+    ids=["follower", "localization", "some", "all"],
+)
+def test_what_is_lost_in_one_step_is_predicted(lost: dict[str, tuple[str, ...]], step: int) -> None:
+    """Without noise the prediction is as good as a measurement, in the middle of an agile flight too."""
+    controller = FormationController(EXACT.config)
+    replay(controller, EXACT_MEASURED[:step])
+    measurements = EXACT_MEASURED[step]
+    for name, sensors in lost.items():
+        measurements = replaced(measurements, name, **dict.fromkeys(sensors))
+    found, expected = controller.step(measurements), EXACT_DECIDED[step]
+    for pair, usual in zip(found.pairs, expected.pairs, strict=True):
+        np.testing.assert_allclose(pair.p_B1B2_C1__est, usual.p_B1B2_C1__est, atol=1e-3)
+        assert abs(pair.yaw_I1I2 - usual.yaw_I1I2) < 5e-3
+    assert found.leader_position_error == pytest.approx(expected.leader_position_error, abs=1e-3)
+    assert found.leader_yaw_error == pytest.approx(expected.leader_yaw_error, abs=1e-3)
+    np.testing.assert_allclose(
+        all_speeds([found]), all_speeds([expected]), atol=1.0
+    )  # rad/s; the commands change by up to 31 in a step
+
+
+@pytest.mark.parametrize("sensor", ["imu", "optic_flow", "range_bearing"])
+def test_an_incomplete_start(sensor: str) -> None:
+    with pytest.raises(FlightError, match="start"):
+        FormationController(CONFIG).feedback(replaced(MEASURED[0], "follower_2", **{sensor: None}))
+
+
+def test_prepare_next_needs_a_feedback() -> None:
+    with pytest.raises(RuntimeError, match="needs a feedback"):
+        FormationController(CONFIG).prepare_next()
+
+
+def test_another_formation_by_request() -> None:
+    controller = FormationController(CONFIG)
+    replay(controller, MEASURED[:3])
+    controller.set_formation({"follower_1": (-1.5, -0.75, 0.25), "follower_2": (-1.25, 0.5, -0.5)})
+    decision = controller.step(MEASURED[3])
+    np.testing.assert_allclose(decision.reference.formation["leader", "follower_1"], [-1.5, -0.75, 0.25])
+    np.testing.assert_allclose(decision.reference.formation["follower_2", "follower_1"], [-0.25, -1.25, 0.75])
+    assert np.abs(all_speeds([decision]) - all_speeds([DECIDED[3]])).max() > 1.0
+    with pytest.raises(ConfigError, match="no position for 'follower_2'"):
+        controller.set_formation({"follower_1": (-1.5, -0.75, 0.25)})
+
+
+WEIGHTS = ("controller.weights.formation_per_m2=25", "controller.weights.acceleration_per_m2_s4=0.02")
+TORQUE = ("controller.weights.torque_per_n2_m2=4", "controller.weights.terminal_scale=2")
+
+
+def other_weights(*overrides: str) -> WeightsConfig:
+    return paper_scenario(*overrides).config.controller.weights
+
+
+def test_weights_set_before_the_start_are_as_good_as_configured_ones() -> None:
+    configured = FormationController(paper_scenario(AGILE, *WEIGHTS, *TORQUE, seed=4).config)
+    changed = FormationController(CONFIG)
+    changed.set_weights(other_weights(*WEIGHTS, *TORQUE))
+    speeds = [all_speeds(replay(each, MEASURED[:5])) for each in (configured, changed)]
+    np.testing.assert_array_equal(*speeds)
+
+
+@pytest.mark.parametrize("warm_start", ["transform", "cold"])
+def test_weights_hold_from_the_next_step_on_whenever_they_come(warm_start: str) -> None:
+    config = paper_scenario(AGILE, f"controller.solver.warm_start={warm_start}", seed=4).config
+    before = replay(FormationController(config), MEASURED[:12])
+    found = []
+    for early in (True, False):
+        controller = FormationController(config)
+        decisions = replay(controller, MEASURED[:6])
+        decisions.append(controller.feedback(MEASURED[6]))
+        if early:
+            controller.set_weights(other_weights(*WEIGHTS))
+        controller.prepare_next()
+        if not early:
+            controller.set_weights(other_weights(*TORQUE))
+            controller.set_weights(other_weights(*WEIGHTS))  # the last one counts
+        found.append(all_speeds(decisions + replay(controller, MEASURED[7:12])))
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0][:7], all_speeds(before)[:7])
+    assert np.abs(found[0][7] - all_speeds(before)[7]).max() > 1.0
+
+
+def test_times_are_those_of_the_given_clock() -> None:
+    readings = itertools.count()
+    controller = FormationController(CONFIG, clock=lambda: 0.5 * next(readings))
+    _, decision = replay(controller, MEASURED[:2])
+    assert decision.solver.prepare_time == 0.5
+    assert decision.solver.feedback_time == 0.5 * (
+        1 + decision.solver.sqp_steps
+    )  # read before and after each
+
+
+def test_all_warm_starts_find_the_same_solution_but_some_start_farther_away() -> None:
+    solver = ("controller.solver.sqp_steps_max=30", "controller.solver.kkt_tolerance=1.0e-6")
+    decisions = {
+        warm_start: replay(
+            FormationController(
+                paper_scenario(
+                    AGILE, *NOISE_FREE, *solver, f"controller.solver.warm_start={warm_start}"
+                ).config
+            ),
+            EXACT_MEASURED,
+        )
+        for warm_start in ("transform", "shift", "hold", "cold")
+    }
+    for other in ("shift", "hold", "cold"):
+        np.testing.assert_allclose(
+            all_speeds(decisions[other]), all_speeds(decisions["transform"]), atol=0.05
+        )
+    kkt_first = {
+        name: np.median([d.solver.kkt_first for d in found[1:]]) for name, found in decisions.items()
+    }
+    # A shift alone is no worse: embedding the measurement moves the plan as far as the frames move.
+    assert kkt_first["transform"] < 0.1 * kkt_first["hold"] < 0.1 * kkt_first["cold"]

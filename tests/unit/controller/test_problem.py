@@ -1,0 +1,55 @@
+"""The problem that a scenario asks for: bounds, model, pairs and weights of the cost."""
+
+import numpy as np
+import pytest
+
+from relform_controller.ocp.cost import TeamCost
+from relform_controller.ocp.problem import Ocp
+from relform_controller.solver.kernels import Kernels
+from support.problems import random_problem, weights
+from support.scenarios import paper_scenario, team_of
+
+
+def ocp_with(*overrides: str) -> Ocp:
+    return Ocp.from_config(paper_scenario(*overrides).config)
+
+
+def test_bounds_are_on_the_thrust_of_a_rotor() -> None:
+    ocp = ocp_with("vehicle.rotor_speed_min_rpm=1500", "vehicle.rotor_speed_max_rpm=5400")
+    # 8.54858e-6 N s^2 times the square of 50 pi and of 180 pi rad/s
+    assert ocp.thrust_min == pytest.approx(0.210928, rel=1e-5)
+    assert ocp.thrust_max == pytest.approx(2.733632, rel=1e-5)
+
+
+def test_dimensions_follow_the_team_and_the_horizon() -> None:
+    ocp = ocp_with(*team_of(4), "controller.horizon_steps=7")
+    assert (ocp.n_vehicles, ocp.n_stages, len(ocp.pairs)) == (4, 7, 12)
+    assert ocp.period == 0.05
+
+
+@pytest.mark.parametrize(
+    ("choice", "expected"),
+    [
+        (
+            "all",
+            {(0, 1), (0, 2), (0, 3), (1, 0), (1, 2), (1, 3), (2, 0), (2, 1), (2, 3), (3, 0), (3, 1), (3, 2)},
+        ),
+        ("with_leader", {(0, 1), (0, 2), (0, 3), (1, 0), (2, 0), (3, 0)}),
+        ("one_way", {(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)}),
+    ],
+)
+def test_pairs_of_the_formation_cost(choice: str, expected: set[tuple[int, int]]) -> None:
+    ocp = ocp_with(*team_of(4), f"controller.formation_pairs={choice}")
+    assert {(i, j) for i, j in ocp.pairs if ocp.in_formation_cost(i, j)} == expected
+
+
+@pytest.mark.parametrize("choice", ["with_leader", "one_way"])
+def test_pairs_that_are_left_out_weigh_nothing(choice: str) -> None:
+    problem = random_problem(2, 3, "controller.horizon_steps=6", f"controller.formation_pairs={choice}")
+    found = TeamCost(problem.ocp, Kernels(problem.ocp)).weights
+    of_pair = found[: 6 * 6 * 3].reshape(6, 6 * 3)  # pair; stage and axis
+    in_cost = [problem.ocp.in_formation_cost(i, j) for i, j in problem.ocp.pairs]
+    np.testing.assert_array_equal(of_pair.any(axis=1), in_cost)
+    everything = weights(problem)
+    np.testing.assert_array_equal(of_pair[in_cost], everything[: of_pair.size].reshape(6, 18)[in_cost])
+    np.testing.assert_array_equal(found[of_pair.size :], everything[of_pair.size :])

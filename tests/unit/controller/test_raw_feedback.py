@@ -1,0 +1,263 @@
+"""The paper's feedback: what is measured goes in as it is, what is missing comes from the prediction."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from relform_controller.estimation.raw_feedback import Feedback, Prediction, RawFeedback
+from relform_controller.ocp import layout
+from relform_controller.ocp.problem import TeamGeometry
+from relform_core.errors import FlightError
+from relform_core.measurements import TeamMeasurements
+from support.world import GYRO_VARIANCE, TrueVehicle, measure, random_team, relative_position_C
+
+NAMES = ("leader", "follower_1", "follower_2")
+PAIRS = layout.ordered_pairs(3)
+PERIOD = 0.05
+YAW_STD_MAX = math.radians(20.0)
+
+
+def make_feedback() -> RawFeedback:
+    return RawFeedback(NAMES, YAW_STD_MAX, PERIOD)
+
+
+def make_prediction() -> Prediction:
+    """Numbers that no measurement has."""
+    states = 0.01 * np.arange(1.0, 1.0 + 3 * layout.N_STATE).reshape(3, layout.N_STATE)
+    states[:, layout.POSITION] = states[:, layout.YAW] = 0.0
+    geometry = TeamGeometry(
+        10.0 + np.arange(18.0).reshape(6, 3), np.linspace(-0.3, 0.3, 6), np.full(3, 7.0), 5.0
+    )
+    return Prediction(states, geometry)
+
+
+def without(measurements: TeamMeasurements, vehicle: str, **lost: Any) -> TeamMeasurements:
+    """The same, but something of one vehicle is lost, or another message."""
+    by_vehicle = dict(measurements.by_vehicle)
+    by_vehicle[vehicle] = dataclasses.replace(by_vehicle[vehicle], **lost)
+    return dataclasses.replace(measurements, by_vehicle=by_vehicle)
+
+
+def blinded(measurements: TeamMeasurements, observer: str, target: str) -> TeamMeasurements:
+    """The same, but one vehicle does not see one other."""
+    sights = measurements.by_vehicle[observer].range_bearing
+    assert sights is not None
+    others = {name: seen for name, seen in sights.by_target.items() if name != target}
+    return without(measurements, observer, range_bearing=dataclasses.replace(sights, by_target=others))
+
+
+def assert_same(found: Feedback, expected: Feedback, rtol: float = 0.0) -> None:
+    np.testing.assert_allclose(found.initial_states, expected.initial_states, rtol=rtol, atol=1e-12)
+    np.testing.assert_allclose(found.geometry.p_I1I2_I1, expected.geometry.p_I1I2_I1, rtol=rtol, atol=1e-12)
+    np.testing.assert_allclose(found.geometry.yaw_I1I2, expected.geometry.yaw_I1I2, rtol=rtol, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_perfect_measurements_give_the_truth(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    team = random_team(generator, 3, tilt_max=0.9, rate_max=3.0)
+    feedback = make_feedback().update(measure(team, NAMES), yaw_reference=team[0].yaw + 0.3, prediction=None)
+    for vehicle, state in zip(team, feedback.initial_states, strict=True):
+        np.testing.assert_allclose(state, vehicle.state_I(), atol=1e-12)
+    for pair, (i, j) in enumerate(PAIRS):
+        np.testing.assert_allclose(
+            feedback.geometry.p_I1I2_I1[pair], relative_position_C(team[i], team[j]), atol=1e-12
+        )
+        R_I1I2 = team[i].levelled.inv() * team[j].levelled
+        np.testing.assert_allclose(
+            Rotation.from_euler("z", feedback.geometry.yaw_I1I2[pair]).as_matrix(),
+            R_I1I2.as_matrix(),
+            atol=1e-12,
+        )
+    np.testing.assert_allclose(feedback.geometry.p_NI_N, team[0].p_NB_N)
+    assert not any(feedback.yaw_held)
+
+
+@pytest.mark.parametrize("turns", [-2, 0, 3])
+def test_the_yaw_of_the_leader_lies_near_its_reference(turns: int) -> None:
+    team = random_team(np.random.default_rng(1), 3)
+    near = team[0].yaw + turns * math.tau + 2.9
+    feedback = make_feedback().update(measure(team, NAMES), yaw_reference=near, prediction=None)
+    assert feedback.geometry.yaw_NI == pytest.approx(team[0].yaw + turns * math.tau)
+
+
+def test_the_yaw_of_a_followers_imu_means_nothing() -> None:
+    team = random_team(np.random.default_rng(3), 3, tilt_max=0.9)
+    plain = make_feedback().update(measure(team, NAMES), 0.4, None)
+    for offsets in ((0.0, 1.0, -2.5), (0.0, math.pi, 0.01)):
+        assert_same(make_feedback().update(measure(team, NAMES, yaw_offsets=offsets), 0.4, None), plain)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_without_imu_roll_pitch_and_rates_are_the_predicted_ones(name: str) -> None:
+    team = random_team(np.random.default_rng(4), 3)
+    full, prediction = measure(team, NAMES), make_prediction()
+    state = (
+        make_feedback()
+        .update(without(full, name, imu=None), 0.0, prediction)
+        .initial_states[NAMES.index(name)]
+    )
+    predicted = prediction.states[NAMES.index(name)]
+    np.testing.assert_array_equal(state[[layout.ROLL, layout.PITCH]], predicted[[layout.ROLL, layout.PITCH]])
+    np.testing.assert_array_equal(state[layout.RATE], predicted[layout.RATE])
+    # The flow is in the body, so that it is turned by the predicted attitude.
+    flow = full.by_vehicle[name].optic_flow
+    assert flow is not None
+    R_IB = Rotation.from_euler("ZYX", [0.0, predicted[layout.PITCH], predicted[layout.ROLL]])
+    np.testing.assert_allclose(state[layout.VELOCITY], R_IB.apply(flow.v_NB_B), atol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_without_optic_flow_the_velocity_is_the_predicted_one(name: str) -> None:
+    team = random_team(np.random.default_rng(5), 3)
+    full, prediction = measure(team, NAMES), make_prediction()
+    feedback = make_feedback().update(without(full, name, optic_flow=None), 0.0, prediction)
+    index = NAMES.index(name)
+    expected = np.array([vehicle.state_I() for vehicle in team])
+    expected[index, layout.VELOCITY] = prediction.states[index, layout.VELOCITY]
+    np.testing.assert_allclose(feedback.initial_states, expected, atol=1e-12)
+
+
+def test_without_localization_the_pose_of_the_leader_is_the_predicted_one() -> None:
+    team = random_team(np.random.default_rng(6), 3)
+    prediction = make_prediction()
+    geometry = (
+        make_feedback()
+        .update(without(measure(team, NAMES), "leader", localization=None), 0.0, prediction)
+        .geometry
+    )
+    np.testing.assert_array_equal(geometry.p_NI_N, prediction.geometry.p_NI_N)
+    assert geometry.yaw_NI == prediction.geometry.yaw_NI
+
+
+def test_the_order_of_the_messages_does_not_matter() -> None:
+    measurements = measure(random_team(np.random.default_rng(6), 3), NAMES)
+    reversed_order = dict(reversed(measurements.by_vehicle.items()))
+    assert_same(
+        make_feedback().update(dataclasses.replace(measurements, by_vehicle=reversed_order), 0.0, None),
+        make_feedback().update(measurements, 0.0, None),
+    )
+
+
+def test_each_gyro_adds_its_own_noise_to_a_yaw_that_is_held() -> None:
+    measurements = measure(random_team(np.random.default_rng(7), 3), NAMES)
+    imu = measurements.by_vehicle["follower_1"].imu
+    assert imu is not None
+    better = dataclasses.replace(imu, gyro_covariance=0.25 * imu.gyro_covariance)
+    measurements = without(measurements, "follower_1", imu=better)
+    feedback = make_feedback()
+    before = feedback.update(measurements, 0.0, None).yaw_estimates[PAIRS.index((0, 1))]
+    blind = blinded(measurements, "leader", "follower_1")
+    after = feedback.update(blind, 0.0, make_prediction()).yaw_estimates[PAIRS.index((0, 1))]
+    assert after.variance - before.variance == pytest.approx(1.25 * GYRO_VARIANCE * PERIOD**2)
+
+
+def test_sonar_is_not_used() -> None:
+    measurements = measure(random_team(np.random.default_rng(6), 3), NAMES)
+    assert_same(
+        make_feedback().update(without(measurements, "follower_1", sonar=None), 0.0, None),
+        make_feedback().update(measurements, 0.0, None),
+    )
+
+
+def turned(vehicle: TrueVehicle, yaw_rate: float, time: float) -> TrueVehicle:
+    """The vehicle after it turned about the vertical; the constant rates that do this are its ``w_NB_B``."""
+    attitude = Rotation.from_euler("z", yaw_rate * time) * vehicle.attitude
+    return dataclasses.replace(vehicle, attitude=attitude, w_NB_B=attitude.inv().apply([0.0, 0.0, yaw_rate]))
+
+
+@pytest.mark.parametrize("blind_both", [False, True])
+def test_without_mutual_sight_the_yaw_is_held_with_the_gyros(blind_both: bool) -> None:
+    """Tilted vehicles turn about the vertical at different rates; nobody sees follower_1 for two seconds."""
+    team, yaw_rates = random_team(np.random.default_rng(7), 3), (0.7, -1.9, 2.8)
+    feedback, prediction = make_feedback(), make_prediction()
+    variance = None
+    for step in range(41):
+        now = [turned(vehicle, rate, step * PERIOD) for vehicle, rate in zip(team, yaw_rates, strict=True)]
+        measurements = measure(now, NAMES, step)
+        if step > 0:
+            measurements = blinded(measurements, "leader", "follower_1")
+            if blind_both:
+                measurements = blinded(measurements, "follower_1", "leader")
+        found = feedback.update(measurements, 0.0, prediction)
+        pair, back = PAIRS.index((0, 1)), PAIRS.index((1, 0))
+        R_I1I2 = now[0].levelled.inv() * now[1].levelled
+        for index, R in ((pair, R_I1I2), (back, R_I1I2.inv())):
+            yaw = Rotation.from_euler("z", found.geometry.yaw_I1I2[index])
+            assert (yaw.inv() * R).magnitude() < 1e-9
+        assert found.yaw_held == tuple(step > 0 and {i, j} == {0, 1} for i, j in PAIRS)
+        estimate = found.yaw_estimates[pair]
+        assert estimate.variance == found.yaw_estimates[back].variance
+        if variance is not None:  # the noise of two gyros over one period
+            assert estimate.variance - variance == pytest.approx(2 * GYRO_VARIANCE * PERIOD**2)
+        variance = estimate.variance
+        # The positions that are not seen are the predicted ones, the others the measured ones.
+        unseen = {(0, 1)} | ({(1, 0)} if blind_both else set()) if step > 0 else set()
+        for index, (i, j) in enumerate(PAIRS):
+            expected = (
+                prediction.geometry.p_I1I2_I1[index]
+                if (i, j) in unseen
+                else relative_position_C(now[i], now[j])
+            )
+            np.testing.assert_allclose(found.geometry.p_I1I2_I1[index], expected, atol=1e-12)
+
+
+def flown_over(team: tuple[TrueVehicle, ...]) -> tuple[TrueVehicle, ...]:
+    """follower_1 straight above the leader."""
+    return (
+        team[0],
+        dataclasses.replace(team[1], p_NB_N=team[0].p_NB_N + np.array([0.02, 0.0, 1.3])),
+        team[2],
+    )
+
+
+def test_a_vertical_baseline_counts_as_not_seen() -> None:
+    team = random_team(np.random.default_rng(8), 3)
+    feedback = make_feedback()
+    before = feedback.update(measure(team, NAMES), 0.0, None)
+    now = feedback.update(measure(flown_over(team), NAMES, 1), 0.0, make_prediction())
+    assert now.yaw_held == tuple({i, j} == {0, 1} for i, j in PAIRS)
+    for pair, held in enumerate(now.yaw_held):
+        assert (now.yaw_estimates[pair].variance > before.yaw_estimates[pair].variance) or not held
+        assert now.yaw_estimates[pair].variance < YAW_STD_MAX**2
+    # What is seen is used, even where it says nothing about the yaw.
+    np.testing.assert_allclose(
+        now.geometry.p_I1I2_I1[0], team[0].levelled.inv().apply([0.02, 0.0, 1.3]), atol=1e-12
+    )
+    again = feedback.update(measure(team, NAMES, 2), 0.0, make_prediction())
+    assert not any(again.yaw_held)
+
+
+def test_a_vertical_baseline_at_the_start() -> None:
+    team = flown_over(random_team(np.random.default_rng(9), 3))
+    with pytest.raises(
+        FlightError,
+        match=r"^the relative yaw of leader and follower_1 cannot be observed at the start: "
+        r"they must see each other, and not from straight above$",
+    ):
+        make_feedback().update(measure(team, NAMES), 0.0, None)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "lost", "problem"),
+    [
+        ("follower_1", "imu", "the flight cannot start: no imu of follower_1"),
+        ("follower_2", "optic_flow", "the flight cannot start: no optic flow of follower_2"),
+        ("leader", "localization", "the flight cannot start: no localization of the leader"),
+        (
+            "follower_2",
+            "range_bearing",
+            "the relative yaw of leader and follower_2 cannot be observed at the start",
+        ),
+    ],
+)
+def test_an_incomplete_first_step(vehicle: str, lost: str, problem: str) -> None:
+    measurements = measure(random_team(np.random.default_rng(10), 3), NAMES)
+    with pytest.raises(FlightError) as caught:
+        make_feedback().update(without(measurements, vehicle, **{lost: None}), 0.0, None)
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(problem)

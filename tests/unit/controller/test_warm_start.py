@@ -1,0 +1,64 @@
+"""The first guess of a flight, and the plan one period later."""
+
+import numpy as np
+
+from relform_controller.ocp import layout
+from relform_controller.ocp.problem import Plan, TeamGeometry
+from relform_controller.solver.kernels import Kernels
+from relform_controller.solver.warm_start import hover_plan, shift, transform
+from support.problems import random_problem, random_thrusts_of_team, simulate
+
+
+def test_first_guess_stays_where_it_is() -> None:
+    problem = random_problem(3, 3)
+    plan = hover_plan(problem.initial_states, hover_thrust=1.75, n_stages=4)
+    assert plan.thrusts.shape == (3, 4, layout.N_INPUT)
+    assert (plan.thrusts == 1.75).all()
+    np.testing.assert_array_equal(plan.states, np.stack([problem.initial_states] * 5, axis=1))
+
+
+def test_shifted_plan_is_one_period_on_and_ends_with_the_last_input_again() -> None:
+    problem = random_problem(2, 3, "controller.horizon_steps=6")
+    thrusts = random_thrusts_of_team(2, problem.ocp, problem.config.vehicle.hover_thrust)
+    plan = Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
+    shifted = shift(plan, Kernels(problem.ocp))
+    np.testing.assert_array_equal(shifted.thrusts[:, :-1], thrusts[:, 1:])
+    np.testing.assert_array_equal(shifted.thrusts[:, -1], thrusts[:, -1])
+    np.testing.assert_array_equal(shifted.states[:, :-1], plan.states[:, 1:])
+    extended = np.concatenate([thrusts, thrusts[:, -1:]], axis=1)
+    expected = simulate(problem.ocp, problem.initial_states, extended)
+    np.testing.assert_allclose(shifted.states, expected[:, 1:], atol=1e-12)
+
+
+def test_the_plan_that_was_shifted_and_transformed_is_not_touched() -> None:
+    problem = random_problem(2, 3, "controller.horizon_steps=6")
+    thrusts = random_thrusts_of_team(2, problem.ocp, problem.config.vehicle.hover_thrust)
+    plan = Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
+    copy = Plan(plan.states.copy(), plan.thrusts.copy())
+    geometry = problem.poses.geometry()
+    transform(shift(plan, Kernels(problem.ocp)), geometry, problem.ocp.pairs)
+    np.testing.assert_array_equal(plan.states, copy.states)
+    np.testing.assert_array_equal(plan.thrusts, copy.thrusts)
+    np.testing.assert_array_equal(geometry.p_I1I2_I1, problem.poses.geometry().p_I1I2_I1)
+
+
+def test_a_quarter_turn_by_hand() -> None:
+    """1 moves 1 m ahead and turns left by 90 deg; 2, 3 m ahead with equal yaw, moves 1 m to the left."""
+    states = np.zeros((2, 1, layout.N_STATE))
+    states[0, 0, layout.POSITION], states[0, 0, layout.YAW] = [1.0, 0.0, 0.0], np.pi / 2
+    states[0, 0, layout.VELOCITY] = [0.0, 2.0, 0.5]
+    states[1, 0, layout.POSITION] = [0.0, 1.0, 0.2]
+    geometry = TeamGeometry(
+        p_I1I2_I1=np.array([[3.0, 0.0, 0.5], [-3.0, 0.0, -0.5]]),
+        yaw_I1I2=np.zeros(2),
+        p_NI_N=np.array([10.0, 20.0, 30.0]),
+        yaw_NI=np.pi,
+    )
+    plan, found = transform(Plan(states, np.ones((2, 0, 4))), geometry, ((0, 1), (1, 0)))
+    np.testing.assert_allclose(plan.states[0, 0, layout.VELOCITY], [2.0, 0.0, 0.5], atol=1e-12)  # ahead
+    # From 1, 2 is 2 m ahead and 1 m left in the old frame: 1 m ahead and 2 m to the right in the new one.
+    np.testing.assert_allclose(found.p_I1I2_I1, [[1.0, -2.0, 0.7], [-2.0, -1.0, -0.7]], atol=1e-12)
+    np.testing.assert_allclose(found.yaw_I1I2, [-np.pi / 2, np.pi / 2])
+    # The leader looked back along x: 1 m ahead is at 9 m.
+    np.testing.assert_allclose(found.p_NI_N, [9.0, 20.0, 30.0], atol=1e-12)
+    assert found.yaw_NI == 1.5 * np.pi

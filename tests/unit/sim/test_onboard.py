@@ -1,0 +1,206 @@
+"""What a vehicle flies when commands are good, bad, late, repeated or missing."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from relform_core.load import load_scenario
+from relform_core.measurements import Imu, OpticFlow, RotorCommand
+from relform_core.units import GRAVITY
+from relform_core.vehicle_config import FailsafeConfig
+from relform_sim.failsafe import Failsafe
+from relform_sim.onboard import Onboard, OnboardCounts
+
+VEHICLE = load_scenario(Path(__file__).parents[3] / "config/scenarios/paper.yaml").config.vehicle
+PERIOD_NS = 50_000_000
+
+
+def command(step: int, n_predicted: int = 3, **changes: Any) -> RotorCommand:
+    """Speeds that tell of which command, interval and rotor they are."""
+    speeds = 200.0 + 10.0 * step + np.arange(n_predicted + 1)[:, np.newaxis] + 0.1 * np.arange(4)
+    good = RotorCommand(step * PERIOD_NS, PERIOD_NS, speeds[0], speeds[1:])
+    return replace(good, **changes)
+
+
+def flown(step: int, interval: int) -> Any:
+    return pytest.approx(200.0 + 10.0 * step + interval + 0.1 * np.arange(4))
+
+
+def imu(q_NB: Any = (0.0, 0.0, 0.0, 1.0), w_NB_B: Any = (0.0, 0.0, 0.0)) -> Imu:
+    return Imu(
+        0, np.array(q_NB), np.eye(3), np.array(w_NB_B), np.eye(3), np.array([0.0, 0.0, GRAVITY]), np.eye(3)
+    )
+
+
+class Flight:
+    """An onboard computer that is asked for one interval after the other."""
+
+    def __init__(self) -> None:
+        self.onboard = Onboard(VEHICLE, PERIOD_NS * 1e-9)
+        self.step = -1
+
+    def next(self, arrived: RotorCommand | None) -> Any:
+        self.step += 1
+        optic_flow = OpticFlow(0, np.array([0.1, 0.2, -0.3]), np.eye(3))
+        return self.onboard.rotor_speeds(self.step * PERIOD_NS, arrived, imu(), optic_flow)
+
+
+def test_good_commands_are_flown() -> None:
+    flight = Flight()
+    for step in range(4):
+        assert flight.next(command(step)) == flown(step, 0)
+    assert flight.onboard.counts == OnboardCounts()
+
+
+def test_speeds_are_saturated() -> None:
+    flight = Flight()
+    speeds = flight.next(command(0, speeds=np.array([-5.0, 1e4, 300.0, 0.0])))
+    low, high = VEHICLE.rotor_speed_min, VEHICLE.rotor_speed_max
+    assert speeds.tolist() == [low, high, 300.0, low]
+    late = Flight()
+    late.next(command(0, predicted_speeds=np.full((2, 4), 1e4)))
+    assert late.next(None).tolist() == [high] * 4
+
+
+def test_predicted_sequence_stands_in_for_missing_commands_until_it_is_exhausted() -> None:
+    flight = Flight()
+    flight.next(command(0, n_predicted=2))
+    assert flight.next(None) == flown(0, 1)
+    assert flight.next(None) == flown(0, 2)
+    assert flight.onboard.counts == OnboardCounts(missing=2, replayed=2)
+    failsafe = Failsafe(VEHICLE, 0.05).rotor_speeds(
+        imu(), OpticFlow(0, np.array([0.1, 0.2, -0.3]), np.eye(3))
+    )
+    assert flight.next(None) == pytest.approx(failsafe)
+    assert flight.next(None) == pytest.approx(failsafe)
+    assert flight.onboard.counts == OnboardCounts(missing=4, replayed=2, failsafe=2)
+    assert flight.next(command(5)) == flown(5, 0)
+
+
+def test_an_old_plan_is_flown_for_a_limited_time() -> None:
+    flight = Flight()
+    flight.onboard.set_limits(FailsafeConfig(plan_max_s=0.1, descent_speed_m_s=0.3))
+    flight.next(command(0, n_predicted=5))
+    assert [flight.next(None) == flown(0, interval) for interval in (1, 2, 3)] == [True, True, False]
+    assert flight.onboard.counts == OnboardCounts(missing=3, replayed=2, failsafe=1)
+    flight.onboard.set_limits(FailsafeConfig(plan_max_s=0.2, descent_speed_m_s=0.3))
+    assert flight.next(None) == flown(0, 4)
+
+
+def test_the_failsafe_sinks_as_fast_as_it_is_told() -> None:
+    flight = Flight()
+    slow = flight.next(None)
+    flight.onboard.set_limits(FailsafeConfig(plan_max_s=1.0, descent_speed_m_s=0.8))
+    fast = flight.next(None)
+    # The thrust follows the speed times a gain of 3/s: m * 3 * (0.8 - 0.3).
+    thrusts = [VEHICLE.thrust_coefficient * np.sum(speeds**2) for speeds in (slow, fast)]
+    assert thrusts[0] - thrusts[1] == pytest.approx(VEHICLE.mass * 1.5)
+
+
+def test_without_any_command_yet_the_failsafe_flies() -> None:
+    flight = Flight()
+    flight.next(None)
+    assert flight.onboard.counts == OnboardCounts(missing=1, failsafe=1)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        pytest.param({"speeds": np.array([300.0, math.nan, 300.0, 300.0])}, id="nan"),
+        pytest.param({"predicted_speeds": np.array([[300.0, math.inf, 300.0, 300.0]])}, id="inf in the plan"),
+        pytest.param({"speeds": np.full(3, 300.0)}, id="three rotors"),
+        pytest.param({"predicted_speeds": np.full((2, 5), 300.0)}, id="plan for five rotors"),
+        pytest.param({"predicted_speeds": np.full(4, 300.0)}, id="flat plan"),
+        pytest.param({"period_ns": 0}, id="no period"),
+        pytest.param({"stamp_ns": 0}, id="no newer than the last"),
+        pytest.param({"stamp_ns": 3 * PERIOD_NS}, id="from the future"),
+    ],
+)
+def test_bad_commands_are_refused_counted_and_replaced_by_the_plan(bad: dict[str, Any]) -> None:
+    flight = Flight()
+    flight.next(command(0))
+    assert flight.next(command(1, **bad)) == flown(0, 1)
+    assert flight.onboard.counts == OnboardCounts(rejected=1, replayed=1)
+    assert flight.next(command(2)) == flown(2, 0)
+
+
+def test_empty_plan_is_fine() -> None:
+    flight = Flight()
+    assert flight.next(command(0, n_predicted=0)) == flown(0, 0)
+    flight.next(None)
+    assert flight.onboard.counts == OnboardCounts(missing=1, failsafe=1)
+
+
+def test_late_commands_fall_into_step_by_their_stamp() -> None:
+    flight = Flight()
+    flight.next(command(0))
+    assert flight.next(None) == flown(0, 1)
+    assert flight.next(None) == flown(0, 2)
+    assert flight.next(command(1)) == flown(1, 2)  # two steps late: its third interval is due
+    assert flight.next(command(1)) == flown(1, 3)  # once more the same: refused, its plan goes on
+    assert flight.next(command(4)) == flown(4, 1)
+    assert flight.next(command(2)) == flown(4, 2)  # overtaken
+    assert flight.onboard.counts == OnboardCounts(missing=2, rejected=2, replayed=6)
+
+
+def test_plans_are_read_with_their_own_period() -> None:
+    flight = Flight()
+    flight.next(command(0, period_ns=2 * PERIOD_NS))
+    assert flight.next(None) == flown(0, 0)
+    assert flight.next(None) == flown(0, 1)
+    assert flight.next(None) == flown(0, 1)
+
+
+def torque_and_thrust(speeds: Any) -> tuple[Any, float]:
+    """Eq. Aerodynamics by the matrix of the paper, and the force along body z."""
+    d, c_T, c_Q = VEHICLE.arm_length, VEHICLE.thrust_coefficient, VEHICLE.torque_coefficient
+    matrix = np.array(
+        [
+            [c_T, c_T, c_T, c_T],
+            [0.0, d * c_T, 0.0, -d * c_T],
+            [-d * c_T, 0.0, d * c_T, 0.0],
+            [c_Q, -c_Q, c_Q, -c_Q],
+        ]
+    )
+    force, *torque = matrix @ np.square(speeds)
+    return np.array(torque), float(force)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.0, 2.9, -2.0])
+def test_failsafe_levels_whatever_the_yaw(yaw: float) -> None:
+    # Right side down by 0.2, nose down by 0.1: it must roll left side down and pitch nose up.
+    q_NB = Rotation.from_euler("ZYX", [yaw, 0.1, 0.2]).as_quat()
+    still = OpticFlow(0, np.zeros(3), np.eye(3))
+    torque, force = torque_and_thrust(Failsafe(VEHICLE, 0.05).rotor_speeds(imu(q_NB), still))
+    stiffness = 6.0**2 * np.array(VEHICLE.inertia)
+    assert torque[:2] == pytest.approx([-0.2 * stiffness[0], -0.1 * stiffness[1]], rel=0.02)
+    assert torque[2] == pytest.approx(0.0, abs=1e-12)
+    # Weight, less what makes it sink, made up for the tilt.
+    assert force == pytest.approx(VEHICLE.mass * (GRAVITY - 0.9) / (math.cos(0.1) * math.cos(0.2)))
+
+
+def test_failsafe_brakes_the_vertical_speed_and_no_other() -> None:
+    attitude = Rotation.from_euler("ZYX", [1.0, 0.5, -0.4])
+    forces = []
+    for v_NB_N in ([0.0, 0.0, 0.0], [2.0, -3.0, 0.0], [2.0, -3.0, 0.7]):
+        optic_flow = OpticFlow(0, attitude.inv().apply(v_NB_N), np.eye(3))
+        speeds = Failsafe(VEHICLE, 0.05).rotor_speeds(imu(attitude.as_quat()), optic_flow)
+        forces.append(torque_and_thrust(speeds)[1] * math.cos(0.5) * math.cos(0.4) / VEHICLE.mass)
+    assert forces == pytest.approx([GRAVITY - 0.9, GRAVITY - 0.9, GRAVITY - 0.9 - 3.0 * 0.7])
+
+
+def test_failsafe_damps_all_rates() -> None:
+    still = OpticFlow(0, np.zeros(3), np.eye(3))
+    torque, _ = torque_and_thrust(Failsafe(VEHICLE, 0.05).rotor_speeds(imu(w_NB_B=(0.5, -0.4, 0.1)), still))
+    assert torque == pytest.approx(-12.0 * np.array(VEHICLE.inertia) * [0.5, -0.4, 0.1])
+
+
+def test_failsafe_of_a_slow_loop_is_softer() -> None:
+    still = OpticFlow(0, np.zeros(3), np.eye(3))
+    torque, _ = torque_and_thrust(Failsafe(VEHICLE, 0.1).rotor_speeds(imu(w_NB_B=(0.5, -0.4, 0.1)), still))
+    assert torque == pytest.approx(-6.0 * np.array(VEHICLE.inertia) * [0.5, -0.4, 0.1])
