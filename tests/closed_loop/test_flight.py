@@ -10,12 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
+from relform_core.arrays import Array
 from relform_core.load import LoadedScenario
 from relform_core.units import rad_s_to_rpm
 from support.flights import AGILE
 from support.scenarios import NOISE_FREE, paper_scenario, team_of
-
-Array = npt.NDArray[np.float64]
 
 PAPER_PAIRS = (("leader", "follower_1"), ("leader", "follower_2"), ("follower_2", "follower_1"))
 

@@ -1,11 +1,9 @@
 """Random states and inputs of one vehicle, far from hover."""
 
 import numpy as np
-import numpy.typing as npt
 
 from relform_controller.ocp import layout
-
-Array = npt.NDArray[np.float64]
+from relform_core.arrays import Array
 
 
 def random_state(generator: np.random.Generator, rate_max: float = 6.0, tilt_max: float = 1.0) -> Array:

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from relform_core.arrays import Array
 from relform_core.measurements import (
     Imu,
     Odometry,
@@ -17,8 +17,6 @@ from relform_core.measurements import (
     TeamMeasurements,
     VehicleMeasurements,
 )
-
-Array = npt.NDArray[np.float64]
 
 PERIOD_NS = 50_000_000
 POSITION_STD = 0.025

@@ -11,9 +11,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.sweep.session import positive
+from relform_core.arrays import Array
 from relform_core.errors import RelformError
 from relform_core.load import LoadedScenario, load_scenario
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -73,11 +74,11 @@ def _table(scenario: LoadedScenario, flights: Sequence[Timed]) -> Table:
     for heading in ("", "median", "least", "most"):
         table.add_column(heading, justify="left" if not heading else "right")
 
-    def add(name: str, values: Floats, digits: int) -> None:
+    def add(name: str, values: Array, digits: int) -> None:
         numbers = (np.median(values), values.min(), values.max())
         table.add_row(name, *(f"{number:.{digits}f}" for number in numbers))
 
-    def solver(name: str) -> Floats:
+    def solver(name: str) -> Array:
         # The first control step iterates to convergence and is no measure of the others.
         return np.concatenate([flight.log.solver[name][1:] for flight in flights])
 

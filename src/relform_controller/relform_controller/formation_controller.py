@@ -9,12 +9,13 @@ import numpy as np
 from relform_controller.estimation.raw_feedback import Feedback, Prediction, RawFeedback
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angle
-from relform_controller.ocp.problem import Array, HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.reference.formation import FormationSchedule
 from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
 from relform_controller.solver.algorithm import ModifiedRti, SolverReport
 from relform_controller.solver.kernels import Kernels
 from relform_controller.solver.warm_start import hover_plan, shift, transform
+from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig

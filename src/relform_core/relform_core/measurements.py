@@ -7,10 +7,7 @@ radians. {n} is the ENU world, {b} the FLU body; a follower's q_NB has a meaning
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
-Array = npt.NDArray[np.float64]
+from relform_core.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,8 @@ from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import Imu as ImuMsg
 from sensor_msgs.msg import Range as RangeMsg
 
+from relform_core.arrays import Array
 from relform_core.measurements import (
-    Array,
     Imu,
     Odometry,
     OpticFlow,

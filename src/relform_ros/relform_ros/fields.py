@@ -14,7 +14,7 @@ from geometry_msgs.msg import Quaternion as QuaternionMsg
 from geometry_msgs.msg import Vector3 as Vector3Msg
 from std_msgs.msg import Header as HeaderMsg
 
-from relform_core.measurements import Array
+from relform_core.arrays import Array
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.rejection import Reason, RejectionError
 

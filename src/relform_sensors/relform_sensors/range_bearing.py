@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from relform_core.measurements import Array, Odometry, RangeBearing, RangeBearings
+from relform_core.arrays import Array
+from relform_core.measurements import Odometry, RangeBearing, RangeBearings
 from relform_core.scenario_config import Outliers
 from relform_core.sensors_config import RangeBearingConfig, Sector
 from relform_core.units import NANOSECONDS_PER_SECOND

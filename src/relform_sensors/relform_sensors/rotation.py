@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from relform_core.measurements import Array
+from relform_core.arrays import Array
 
 
 def quaternion_product(q_AB: Array, q_BC: Array) -> Array:

@@ -4,15 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from relform_core.measurements import (
-    Array,
-    Imu,
-    Odometry,
-    OpticFlow,
-    RangeBearings,
-    Sonar,
-    VehicleMeasurements,
-)
+from relform_core.arrays import Array
+from relform_core.measurements import Imu, Odometry, OpticFlow, RangeBearings, Sonar, VehicleMeasurements
 from relform_core.randomness import Stream, spawn_generator
 from relform_core.scenario_config import Dropout, Outliers, ScenarioConfig, SensorName
 from relform_core.units import NANOSECONDS_PER_SECOND

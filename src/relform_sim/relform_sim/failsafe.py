@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from relform_core.measurements import Array, Imu, OpticFlow
+from relform_core.arrays import Array
+from relform_core.measurements import Imu, OpticFlow
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import VehicleConfig
 

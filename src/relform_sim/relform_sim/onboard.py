@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relform_core.measurements import Array, Imu, OpticFlow, RotorCommand
+from relform_core.arrays import Array
+from relform_core.measurements import Imu, OpticFlow, RotorCommand
 from relform_core.units import seconds_to_ns
 from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
 from relform_sim.failsafe import Failsafe

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from relform_core.measurements import Array, Odometry
+from relform_core.arrays import Array
+from relform_core.measurements import Odometry
 from relform_core.units import GRAVITY
 from relform_sim.integrate import State, rk4_step
 from relform_sim.rigid_body import Body, Vector3, Wrench, rigid_body_rate, rotation_rows, rotor_wrench

@@ -12,13 +12,14 @@ from relform_analysis.evaluation import notes
 from relform_analysis.evaluation.ablation_figure import draw_ablation
 from relform_analysis.evaluation.claims import of_variant
 from relform_analysis.evaluation.plan import COLD, FULL
-from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import follower_yaw_errors
 from relform_analysis.flight.summary import Json
 from relform_analysis.flight.view_margins import view_margins
 from relform_analysis.plots.over_time import STYLE, Compared, draw_over_time, save
 from relform_analysis.plots.panels import Guide, Line, Panel, flight_panels
 from relform_analysis.plots.paper_figures import TRAJECTORIES, draw_trajectories, pair_by_pair
+from relform_core.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,7 +81,7 @@ def _solver(log: FlightLog) -> list[Panel]:
     tolerance, period_ms = controller.solver.kkt_tolerance, 1e3 * controller.period
     time_ms = 1e3 * (solver["prepare_time"] + solver["feedback_time"])
 
-    def panel(title: str, unit: str, values: Floats, *guides: Guide, log_scale: bool = True) -> Panel:
+    def panel(title: str, unit: str, values: Array, *guides: Guide, log_scale: bool = True) -> Panel:
         line = Line("modified RTI", "series-0", values)
         return Panel(title, unit, 1, [line], guides, log_scale=log_scale)
 
@@ -96,7 +97,7 @@ def _followers(log: FlightLog) -> list[Panel]:
     yaws = np.degrees(follower_yaw_errors(log)).T
     least = np.degrees(np.nanmin(view_margins(log)[log.tick_of_step], axis=(1, 2)))
 
-    def panel(title: str, colour: str, values: Floats) -> Panel:
+    def panel(title: str, colour: str, values: Array) -> Panel:
         return Panel(title, "deg", 1, [Line(title, colour, values)])
 
     return [

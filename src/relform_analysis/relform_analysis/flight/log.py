@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from relform_core.arrays import Array
 from relform_core.errors import BagError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry
@@ -21,7 +22,6 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 if TYPE_CHECKING:  # the controller brings CasADi along, which only the flight itself needs
     from relform_controller.formation_controller import Decision
 
-Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 ROTORS = 4
@@ -58,35 +58,35 @@ class FlightLog:
     scenario: LoadedScenario
     tick_ns: Integers
     """Instants of ground truth, increasing, shape (T,)."""
-    p_NB_N: Floats
+    p_NB_N: Array
     """Ground truth: position [m], shape (T, n, 3)."""
-    q_NB: Floats
+    q_NB: Array
     """Ground truth: attitude (x, y, z, w), shape (T, n, 4)."""
-    v_NB_B: Floats
+    v_NB_B: Array
     """Ground truth: velocity in the body frame [m/s], shape (T, n, 3)."""
-    w_NB_B: Floats
+    w_NB_B: Array
     """Ground truth: angular velocity [rad/s], shape (T, n, 3)."""
     tick_of_step: Integers
     """Which tick a control step was computed at, shape (K,)."""
     phase: tuple[str, ...]
     """Name of the phase in each control step, length K."""
-    leader_p_NB_N__ref: Floats
+    leader_p_NB_N__ref: Array
     """In {n} [m], shape (K, 3)."""
-    leader_v_NB_N__ref: Floats
+    leader_v_NB_N__ref: Array
     """In {n} [m/s], shape (K, 3)."""
-    leader_yaw__ref: Floats
+    leader_yaw__ref: Array
     """[rad], shape (K,)."""
-    p_BB_C__ref: Floats
+    p_BB_C__ref: Array
     """x^{mc_i}_{mb_j/mb_i} that the formation asks for, not ramped [m], shape (K, n, n, 3): i observes j."""
-    p_BB_C__est: Floats
+    p_BB_C__est: Array
     """The controller's estimate of the same [m], shape (K, n, n, 3)."""
-    yaw_BB__est: Floats
+    yaw_BB__est: Array
     """Its estimate of the yaw of j relative to i [rad], shape (K, n, n)."""
-    yaw_variance: Floats
+    yaw_variance: Array
     """Of that estimate [rad^2], shape (K, n, n)."""
-    rotor_speeds: Floats
+    rotor_speeds: Array
     """Commanded, rotors front, left, back, right [rad/s], shape (K, n, 4)."""
-    solver: Mapping[str, Floats]
+    solver: Mapping[str, Array]
     """``status`` (a constant of relform_msgs/SolverStatus) and each of ``SOLVER_FIELDS``, shape (K,)."""
     faults: tuple[Fault, ...]
 
@@ -191,12 +191,12 @@ class FlightLogBuilder:
         stamps = sorted(s for s, step in self._steps.items() if step.phase is not None and s in tick_of)
         steps = [self._steps[stamp_ns] for stamp_ns in stamps]
 
-        def truth(name: str, size: int) -> Floats:
+        def truth(name: str, size: int) -> Array:
             team = self._ground_truth.values()
             rows = [[getattr(states[stamp_ns], name) for states in team] for stamp_ns in ticks]
             return np.asarray(rows, dtype=np.float64).reshape(len(ticks), len(team), size)
 
-        def logged(name: str, *shape: int) -> Floats:
+        def logged(name: str, *shape: int) -> Array:
             rows = [getattr(step, name) for step in steps]
             return np.asarray(rows, dtype=np.float64).reshape(len(steps), *shape)
 

@@ -11,8 +11,9 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.view_margins import view_margins
+from relform_core.arrays import Array
 from relform_core.scenario_config import PhaseConfig, TeamConfig
 from relform_core.units import NANOSECONDS_PER_SECOND, rpm_to_rad_s, seconds_to_ns
 
@@ -33,7 +34,7 @@ class Distribution:
     max: float
 
     @classmethod
-    def of(cls, errors: Floats) -> Self:
+    def of(cls, errors: Array) -> Self:
         """Over all values that are finite; NaN if there is none."""
         finite = errors[np.isfinite(errors)]
         if finite.size == 0:
@@ -50,7 +51,7 @@ class Errors:
     """In the steady windows only."""
 
     @classmethod
-    def of(cls, errors: Floats, steps: Mask, steady: Mask) -> Self:
+    def of(cls, errors: Array, steps: Mask, steady: Mask) -> Self:
         """Over the control steps ``steps``; the errors have the shape (K, ...)."""
         return cls(Distribution.of(errors[steps]), Distribution.of(errors[steps & steady]))
 
@@ -182,7 +183,7 @@ def scored_pairs(team: TeamConfig) -> tuple[tuple[str, str], ...]:
     return (*from_leader, *backwards)
 
 
-def relative_positions(p_NB_N: Floats, yaw_NB: Floats) -> Floats:
+def relative_positions(p_NB_N: Array, yaw_NB: Array) -> Array:
     """x^{mc_i}_{mb_j/mb_i} of all pairs (eqs. RelPos1-4 from the truth).
 
     Args:
@@ -197,14 +198,14 @@ def relative_positions(p_NB_N: Floats, yaw_NB: Floats) -> Floats:
     return np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=-1)
 
 
-def yaw_of(q_NB: Floats) -> Floats:
+def yaw_of(q_NB: Array) -> Array:
     """Yaw of the Z-Y-X Euler angles [rad]; ``q_NB`` is (x, y, z, w), shape (..., 4)."""
     x, y, z, w = np.moveaxis(q_NB, -1, 0)
-    yaw: Floats = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    yaw: Array = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return yaw
 
 
-def formation_errors(log: FlightLog, pairs: Sequence[tuple[str, str]]) -> Floats:
+def formation_errors(log: FlightLog, pairs: Sequence[tuple[str, str]]) -> Array:
     """|| x^{mc_i}_{mb_j/mb_i} - reference || of each pair at each control step [m], shape (K, pairs)."""
     p_BB_C = relative_positions(log.p_NB_N, yaw_of(log.q_NB))[log.tick_of_step]
     errors = np.linalg.norm(p_BB_C - log.p_BB_C__ref, axis=-1)
@@ -212,14 +213,14 @@ def formation_errors(log: FlightLog, pairs: Sequence[tuple[str, str]]) -> Floats
     return np.stack([errors[:, index[observer], index[target]] for observer, target in pairs], axis=-1)
 
 
-def leader_errors(log: FlightLog) -> tuple[Floats, Floats]:
+def leader_errors(log: FlightLog) -> tuple[Array, Array]:
     """Distance of the leader from its reference [m] and magnitude of its yaw error [rad], shape (K,) each."""
     truth = log.tick_of_step
     position_error = np.linalg.norm(log.p_NB_N[truth, 0] - log.leader_p_NB_N__ref, axis=-1)
     return position_error, _angle_between(yaw_of(log.q_NB[truth, 0]), log.leader_yaw__ref)
 
 
-def follower_yaw_errors(log: FlightLog) -> Floats:
+def follower_yaw_errors(log: FlightLog) -> Array:
     """Magnitude of the yaw of each follower relative to the leader [rad], shape (K, n - 1).
 
     The paper: its followers keep the leader's yaw, too.
@@ -228,7 +229,7 @@ def follower_yaw_errors(log: FlightLog) -> Floats:
     return _angle_between(yaw[:, 1:], yaw[:, :1])
 
 
-def tilts(q_NB: Floats) -> Floats:
+def tilts(q_NB: Array) -> Array:
     """Angle between body z and the vertical [rad]; ``q_NB`` is (x, y, z, w), shape (..., 4)."""
     x, y, z, w = np.moveaxis(q_NB, -1, 0)
     return np.asarray(2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w)))
@@ -246,7 +247,7 @@ def steady_steps(log: FlightLog) -> Mask:
     return log.step_ns >= np.array(begin_ns, dtype=np.int64)
 
 
-def settling_time(times: Floats, errors: Floats, steady: Mask) -> float:
+def settling_time(times: Array, errors: Array, steady: Mask) -> float:
     """Time from the first step until the error is no longer larger than it ever is in the steady window [s].
 
     Args:
@@ -262,13 +263,13 @@ def settling_time(times: Floats, errors: Floats, steady: Mask) -> float:
     return float(times[larger[-1] + 1] - times[0]) if larger.size else 0.0
 
 
-def separation_min(p_NB_N: Floats) -> float:
+def separation_min(p_NB_N: Array) -> float:
     """Smallest distance between two vehicles at any instant [m]; ``p_NB_N`` has the shape (T, n, 3)."""
     first, second = np.triu_indices(p_NB_N.shape[1], k=1)
     return _over(np.linalg.norm(p_NB_N[:, first] - p_NB_N[:, second], axis=-1), np.min)
 
 
-def _angle_between(first: Floats, second: Floats) -> Floats:
+def _angle_between(first: Array, second: Array) -> Array:
     difference = first - second
     return np.abs(np.arctan2(np.sin(difference), np.cos(difference)))
 
@@ -302,7 +303,7 @@ def _solver_metrics(log: FlightLog) -> SolverMetrics:
     )
 
 
-def _least(values: Floats) -> float:
+def _least(values: Array) -> float:
     return _over(values[np.isfinite(values)], np.min)
 
 

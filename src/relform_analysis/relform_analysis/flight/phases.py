@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import steady_steps
+from relform_core.arrays import Array
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 
@@ -43,6 +44,6 @@ def flown_phases(log: FlightLog) -> list[FlownPhase]:
     return flown
 
 
-def step_times(log: FlightLog) -> Floats:
+def step_times(log: FlightLog) -> Array:
     """Instants of the control steps [s], shape (K,)."""
     return log.step_ns / NANOSECONDS_PER_SECOND

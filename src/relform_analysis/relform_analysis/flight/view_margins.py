@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 
-from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.log import FlightLog
+from relform_core.arrays import Array
 from relform_core.sensors_config import Sector
 
 FULL_CIRCLE_TOLERANCE = 1e-9
 
 
-def view_margins(log: FlightLog) -> Floats:
+def view_margins(log: FlightLog) -> Array:
     """Angle by which each vehicle is inside the field of view of each other one.
 
     From the truth, at every instant. It is the angle of the bearing to the nearest limit of the sector in
@@ -24,12 +25,12 @@ def view_margins(log: FlightLog) -> Floats:
     x, y, z = np.moveaxis(p_BB_B, -1, 0)
     azimuth, elevation = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
     sectors = log.scenario.config.sensors.range_bearing.sectors
-    margins: Floats = np.max([_sector_margin(sector, azimuth, elevation) for sector in sectors], axis=0)
+    margins: Array = np.max([_sector_margin(sector, azimuth, elevation) for sector in sectors], axis=0)
     margins[:, np.arange(len(log.vehicles)), np.arange(len(log.vehicles))] = np.nan
     return margins
 
 
-def _sector_margin(sector: Sector, azimuth: Floats, elevation: Floats) -> Floats:
+def _sector_margin(sector: Sector, azimuth: Array, elevation: Array) -> Array:
     vertical = np.minimum(elevation - sector.elevation_min, sector.elevation_max - elevation)
     width = (sector.azimuth_max - sector.azimuth_min) % math.tau
     if width < FULL_CIRCLE_TOLERANCE or width > math.tau - FULL_CIRCLE_TOLERANCE:
@@ -39,12 +40,12 @@ def _sector_margin(sector: Sector, azimuth: Floats, elevation: Floats) -> Floats
     return np.minimum(vertical, width / 2.0 - away)
 
 
-def _into_body(p_N: Floats, q_NB: Floats) -> Floats:
+def _into_body(p_N: Array, q_NB: Array) -> Array:
     """R_NB^T p_N, shape (..., 3); ``q_NB`` is a unit quaternion (x, y, z, w), shape (..., 4).
 
     Not with SciPy, whose Rotation takes longer to import than a flight takes to score.
     """
     axis, w = -q_NB[..., :3], q_NB[..., 3:]
     twice = 2.0 * np.cross(axis, p_N)
-    p_B: Floats = p_N + w * twice + np.cross(axis, twice)
+    p_B: Array = p_N + w * twice + np.cross(axis, twice)
     return p_B

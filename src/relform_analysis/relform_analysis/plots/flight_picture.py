@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import flight_metrics, formation_errors, leader_errors, scored_pairs
 from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
 from relform_analysis.flight.phases import flown_phases, step_times
+from relform_core.arrays import Array
 from relform_core.errors import FlightError
 from relform_core.units import NANOSECONDS_PER_SECOND, rad_s_to_rpm
 
@@ -156,7 +157,7 @@ def _draw_scene(figure: Figure, log: FlightLog) -> None:
     _fit_scene(axes, np.concatenate([p_NB_N.reshape(-1, 3), corners]), high - low)
 
 
-def _fit_scene(axes: Any, points: Floats, box: Floats) -> None:
+def _fit_scene(axes: Any, points: Array, box: Array) -> None:
     """Choose zoom and place of a 3D scene such that ``points`` of shape (..., 3) fill ``SCENE``."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.phases import step_times
 from relform_analysis.plots.flight_picture import (
     GUIDE,
@@ -21,6 +21,7 @@ from relform_analysis.plots.flight_picture import (
     shade_phases,
 )
 from relform_analysis.plots.panels import Line, Panel
+from relform_core.arrays import Array
 from relform_core.errors import RelformError
 
 if TYPE_CHECKING:  # matplotlib takes a second to import, which only who draws should wait for
@@ -114,7 +115,7 @@ def draw_over_time(
     return figure
 
 
-def over_runs(series: Sequence[Floats]) -> tuple[Floats, Floats]:
+def over_runs(series: Sequence[Array]) -> tuple[Array, Array]:
     """Mean and standard deviation over flights, at each control step over those that got there.
 
     Args:
@@ -146,7 +147,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     return files
 
 
-def _draw_panel(axes: Axes, panels: Sequence[Panel], time: Floats) -> None:
+def _draw_panel(axes: Axes, panels: Sequence[Panel], time: Array) -> None:
     """One plot, given as that plot of every flight."""
     first = panels[0]
     width = 0.5 if len(first.lines) > DENSE_LINES else 0.9
@@ -170,7 +171,7 @@ def _draw_panel(axes: Axes, panels: Sequence[Panel], time: Floats) -> None:
 
 
 def _draw_band(
-    axes: Axes, series: Sequence[Floats], time: Floats, panel: Panel, colour: str, width: float, name: str
+    axes: Axes, series: Sequence[Array], time: Array, panel: Panel, colour: str, width: float, name: str
 ) -> float:
     """A line with a band about it; returns the highest value of both.
 

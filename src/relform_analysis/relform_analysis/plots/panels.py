@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from relform_analysis.flight.log import FlightLog, Floats
+from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import follower_yaw_errors, formation_errors, leader_errors, scored_pairs
 from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
+from relform_core.arrays import Array
 from relform_core.units import rad_s_to_rpm
 
 COLOURS = 7
@@ -22,7 +23,7 @@ class Line:
     name: str
     colour: str
     """``pair-0`` to ``pair-6``, ``vehicle-0``, ``rotor-0`` to ``rotor-3``, ``series-0`` or ``series-1``."""
-    values: Floats
+    values: Array
     """Shape (K,)."""
 
 

@@ -9,17 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from relform_controller.formation_controller import FormationController
 from relform_controller.tuning import ControllerTuning
+from relform_core.arrays import Array
 from relform_core.load import LoadedScenario
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.tuning import Value
 from relform_core.units import NANOSECONDS_PER_SECOND
 
-Floats = npt.NDArray[np.float64]
 Formation = Mapping[str, tuple[float, float, float]]
 
 
@@ -52,18 +51,18 @@ class RecordedFlight:
 class Replay:
     """Decisions of a controller beside recorded ones."""
 
-    time: Floats
+    time: Array
     """[s], shape (step,)."""
     vehicles: tuple[str, ...]
-    recorded: Floats
+    recorded: Array
     """Rotor speeds [rad/s], shape (step, vehicle, 4)."""
-    replayed: Floats
+    replayed: Array
     """Rotor speeds [rad/s], shape (step, vehicle, 4)."""
     plans_equal: bool
     """Whether the predicted sequences are equal too, bit for bit."""
 
     @property
-    def difference(self) -> Floats:
+    def difference(self) -> Array:
         """Replayed minus recorded rotor speeds [rad/s], shape (step, vehicle, 4)."""
         return self.replayed - self.recorded
 

@@ -17,7 +17,8 @@ from relform_controller.estimation.relative_yaw import (
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_CB, rpy_from_quaternion, wrap_angle
 from relform_controller.ocp.layout import ordered_pairs
-from relform_controller.ocp.problem import Array, TeamGeometry
+from relform_controller.ocp.problem import TeamGeometry
+from relform_core.arrays import Array
 from relform_core.errors import FlightError
 from relform_core.measurements import RangeBearing, TeamMeasurements, VehicleMeasurements
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_controller.ocp.frames import wrap_angle
-from relform_controller.ocp.problem import Array
+from relform_core.arrays import Array
 from relform_core.measurements import RangeBearing
 
 

@@ -12,9 +12,10 @@ import numpy as np
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
 from relform_controller.ocp.model import torque_B
-from relform_controller.ocp.problem import Array, HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.solver.dense.condensing import StateMaps
 from relform_controller.solver.kernels import Kernels
+from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
 _POSITION_AND_YAW = [0, 1, 2, layout.YAW]

@@ -8,9 +8,8 @@ pitch. `R_BA` reads `v_B = R_BA @ v_A`.
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from relform_core.arrays import Array
 
 
 def wrap_angle(angle: float) -> float:

@@ -8,15 +8,12 @@ and `rti.py` assembles and solves. The numbers of one problem instance are a `Pl
 from dataclasses import dataclass
 
 import casadi as ca
-import numpy as np
-import numpy.typing as npt
 
 from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.ocp.model import RigidBody, rotation_z
+from relform_core.arrays import Array
 from relform_core.controller_config import FormationPairs, WeightsConfig
 from relform_core.scenario_config import ScenarioConfig
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

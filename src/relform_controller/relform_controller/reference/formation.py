@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from relform_controller.ocp.layout import ordered_pairs
-from relform_controller.ocp.problem import Array
 from relform_controller.reference.trajectory import smooth_step
+from relform_core.arrays import Array
 from relform_core.errors import ConfigError
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3

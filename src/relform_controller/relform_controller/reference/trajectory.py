@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relform_controller.ocp.problem import Array
+from relform_core.arrays import Array
 from relform_core.scenario_config import Hover, Motion, ScenarioConfig, Spiral, Straight, Turn
 
 _SUBSTEPS = 40

@@ -5,10 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
-from relform_controller.ocp.problem import Array, HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.solver.dense.box_qp import QpError
 from relform_controller.solver.dense.rti import RealTimeIteration, SqpStep
 from relform_controller.solver.kernels import Kernels
+from relform_core.arrays import Array
 from relform_core.controller_config import SolverConfig, WeightsConfig
 
 

@@ -16,14 +16,12 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-import numpy.typing as npt
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import net_acceleration_I, rk4_step
 from relform_controller.ocp.problem import Ocp, relative_position
+from relform_core.arrays import Array
 from relform_core.errors import RelformError
-
-Array = npt.NDArray[np.float64]
 
 COMPILER_FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC", "-shared")
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
-from relform_controller.ocp.problem import Array, Plan, TeamGeometry
+from relform_controller.ocp.problem import Plan, TeamGeometry
 from relform_controller.solver.kernels import Kernels
+from relform_core.arrays import Array
 
 
 def hover_plan(initial_states: Array, hover_thrust: float, n_stages: int) -> Plan:

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import lapack
 
-from relform_controller.ocp.problem import Array
+from relform_core.arrays import Array
 
 _ITERATIONS_MAX = 10
 _TOLERANCE = 1e-9

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_controller.ocp import layout
-from relform_controller.ocp.problem import Array
+from relform_core.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_controller.ocp.cost import CostLinearization, NetAcceleration, TeamCost
-from relform_controller.ocp.problem import Array, HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.solver.dense.box_qp import BoxQp
 from relform_controller.solver.dense.condensing import StateMaps, condense
 from relform_controller.solver.kernels import Kernels
+from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
 
