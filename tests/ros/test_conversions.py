@@ -13,15 +13,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from rclpy.serialization import deserialize_message, serialize_message
 
-from relform_core.measurements import (
-    Imu,
-    Odometry,
-    OpticFlow,
-    RangeBearing,
-    RangeBearings,
-    RotorCommand,
-    Sonar,
-)
+from relform_core.measurements import Odometry, RotorCommand
+from relform_core.sensors.imu import Imu
+from relform_core.sensors.optic_flow import OpticFlow
+from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
+from relform_core.sensors.sonar import Sonar
 from relform_ros import conversions
 from relform_ros.rejection import Reason, RejectionError
 

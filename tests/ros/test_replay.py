@@ -14,6 +14,7 @@ from relform_analysis.replay.replay import replay
 from relform_bags.reader import BagAttachment, BagMessage, bag_files, read_bag
 from relform_bags.split_limits import SplitLimits
 from relform_bags.writer import BagWriter
+from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_core.units import rpm_to_rad_s
 
 WORKSPACE = Path(__file__).parents[2]
@@ -28,7 +29,7 @@ def recorded() -> RecordedFlight:
 
 def test_the_recording_is_read_whole(recorded: RecordedFlight) -> None:
     assert [step.measurements.step for step in recorded.steps] == list(range(STEPS))
-    sight = [step.measurements.by_vehicle["follower_1"].range_bearing for step in recorded.steps]
+    sight = [step.measurements.by_vehicle["follower_1"].newest(RANGE_BEARING) for step in recorded.steps]
     lost = [step for step, each in enumerate(sight) if each is None]
     assert lost
     assert 14 <= min(lost) <= max(lost) < 32, "the scenario blinds follower_1 between 0.7 and 1.6 s"

@@ -9,7 +9,7 @@ import numpy as np
 
 from relform_controller.formation_controller import Decision, FormationController
 from relform_core.load import LoadedScenario
-from relform_core.measurements import RotorCommand, TeamMeasurements
+from relform_core.measurements import RotorCommand, TeamMeasurements, VehicleMeasurements
 from relform_sim.vehicle import Vehicle
 
 AGILE = (
@@ -44,9 +44,12 @@ def replay(controller: FormationController, measured: Sequence[TeamMeasurements]
 
 
 def replaced(measurements: TeamMeasurements, vehicle: str, **messages: Any) -> TeamMeasurements:
-    """The same, but with other messages of one vehicle, or None for what is lost."""
+    """The same, but with other messages of one vehicle by sensor, or None for what is lost."""
     by_vehicle = dict(measurements.by_vehicle)
-    by_vehicle[vehicle] = dataclasses.replace(by_vehicle[vehicle], **messages)
+    by_sensor = {**by_vehicle[vehicle].by_sensor, **{name: (message,) for name, message in messages.items()}}
+    by_vehicle[vehicle] = VehicleMeasurements(
+        {name: arrived for name, arrived in by_sensor.items() if arrived != (None,)}
+    )
     return dataclasses.replace(measurements, by_vehicle=by_vehicle)
 
 

@@ -7,16 +7,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from relform_core.arrays import Array
-from relform_core.measurements import (
-    Imu,
-    Odometry,
-    OpticFlow,
-    RangeBearing,
-    RangeBearings,
-    Sonar,
-    TeamMeasurements,
-    VehicleMeasurements,
-)
+from relform_core.measurements import Odometry, TeamMeasurements, VehicleMeasurements
+from relform_core.sensors.imu import IMU, Imu
+from relform_core.sensors.localization import LOCALIZATION
+from relform_core.sensors.optic_flow import OPTIC_FLOW, OpticFlow
+from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing, RangeBearings
+from relform_core.sensors.sonar import SONAR, Sonar
 
 PERIOD_NS = 50_000_000
 POSITION_STD = 0.025
@@ -118,19 +114,22 @@ def measure(
             pose_covariance=1e-4 * np.eye(6),
             twist_covariance=1e-2 * np.eye(6),
         )
-        by_vehicle[name] = VehicleMeasurements(
-            imu=Imu(
-                stamp_ns=stamp_ns,
-                q_NB=(Rotation.from_euler("z", offsets[index]) * vehicle.attitude).as_quat(),
-                attitude_covariance=1e-6 * np.eye(3),
-                w_NB_B=vehicle.w_NB_B + draw(GYRO_VARIANCE**0.5),
-                gyro_covariance=GYRO_VARIANCE * np.eye(3),
-                f_NB_B=np.array([0.0, 0.0, 9.81]),
-                accelerometer_covariance=1e-2 * np.eye(3),
-            ),
-            optic_flow=OpticFlow(stamp_ns, v_NB_B + draw(0.25), 0.0625 * np.eye(3)),
-            sonar=Sonar(stamp_ns, float(vehicle.p_NB_N[2]), 0.2, 10.0, 0.5),
-            range_bearing=RangeBearings(stamp_ns, seen),
-            localization=localization if index == 0 else None,
+        imu = Imu(
+            stamp_ns=stamp_ns,
+            q_NB=(Rotation.from_euler("z", offsets[index]) * vehicle.attitude).as_quat(),
+            attitude_covariance=1e-6 * np.eye(3),
+            w_NB_B=vehicle.w_NB_B + draw(GYRO_VARIANCE**0.5),
+            gyro_covariance=GYRO_VARIANCE * np.eye(3),
+            f_NB_B=np.array([0.0, 0.0, 9.81]),
+            accelerometer_covariance=1e-2 * np.eye(3),
         )
+        measured = [
+            (IMU, imu),
+            (OPTIC_FLOW, OpticFlow(stamp_ns, v_NB_B + draw(0.25), 0.0625 * np.eye(3))),
+            (SONAR, Sonar(stamp_ns, float(vehicle.p_NB_N[2]), 0.2, 10.0, 0.5)),
+            (RANGE_BEARING, RangeBearings(stamp_ns, seen)),
+        ]
+        if index == 0:
+            measured.append((LOCALIZATION, localization))
+        by_vehicle[name] = VehicleMeasurements.collect(measured)
     return TeamMeasurements(step, stamp_ns, by_vehicle)

@@ -199,10 +199,10 @@ class FormationController:
         names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
         return Decision(
             step=measurements.step,
-            stamp_ns=measurements.stamp_ns,
+            stamp_ns=measurements.arrival_ns,
             commands={
                 name: RotorCommand(
-                    measurements.stamp_ns, self._period_ns, speeds[vehicle, 0], speeds[vehicle, 1:]
+                    measurements.arrival_ns, self._period_ns, speeds[vehicle, 0], speeds[vehicle, 1:]
                 )
                 for vehicle, name in enumerate(self._vehicles)
             },

@@ -1,80 +1,15 @@
-"""What crosses the wire from the vehicles, holding exactly what the messages hold.
+"""What crosses the wire between the vehicles and the controller, holding exactly what the messages hold.
 
 Times are integer nanoseconds of simulation time, quaternions are (x, y, z, w), everything else is SI and
-radians. {n} is the ENU world, {b} the FLU body; a follower's q_NB has a meaningless yaw (see ``Imu``).
+radians. {n} is the ENU world, {b} the FLU body. What each sensor measures is in ``relform_core.sensors``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any, Self
 
 from relform_core.arrays import Array
-
-
-@dataclass(frozen=True, eq=False)
-class Imu:
-    """sensor_msgs/Imu (REP-145). Roll and pitch of ``q_NB`` are absolute.
-
-    The leader's yaw is as good as its localization; a follower has no magnetometer: its yaw is off by an
-    unknown constant and drifts.
-    """
-
-    stamp_ns: int
-    q_NB: Array
-    """Attitude, shape (4,)."""
-    attitude_covariance: Array
-    """About body x, y, z [rad^2], shape (3, 3)."""
-    w_NB_B: Array
-    """Angular velocity [rad/s], shape (3,)."""
-    gyro_covariance: Array
-    """[(rad/s)^2], shape (3, 3)."""
-    f_NB_B: Array
-    """Specific force, +g on the z axis at rest [m/s^2], shape (3,)."""
-    accelerometer_covariance: Array
-    """[(m/s^2)^2], shape (3, 3)."""
-
-
-@dataclass(frozen=True, eq=False)
-class OpticFlow:
-    """geometry_msgs/TwistWithCovarianceStamped: velocity in the body frame."""
-
-    stamp_ns: int
-    v_NB_B: Array
-    """[m/s], shape (3,)."""
-    covariance: Array
-    """[(m/s)^2], shape (3, 3)."""
-
-
-@dataclass(frozen=True)
-class Sonar:
-    """sensor_msgs/Range (REP-117: +inf beyond range_max, -inf below range_min), in float32 precision."""
-
-    stamp_ns: int
-    range: float
-    """Height above ground [m]."""
-    range_min: float
-    range_max: float
-    field_of_view: float
-    """[rad]."""
-
-
-@dataclass(frozen=True, eq=False)
-class RangeBearing:
-    """relform_msgs/RangeBearing: one target in the observer's body frame (eqs. CameraRange1, 2)."""
-
-    target: str
-    range: float
-    azimuth: float
-    elevation: float
-    covariance: Array
-    """Of range, azimuth, elevation, shape (3, 3)."""
-
-
-@dataclass(frozen=True, eq=False)
-class RangeBearings:
-    """relform_msgs/RangeBearingArray: all targets that one vehicle sees at one instant."""
-
-    stamp_ns: int
-    by_target: Mapping[str, RangeBearing]
+from relform_core.sensors.sensor import M, Measurement, Sensor
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,23 +33,42 @@ class Odometry:
 
 @dataclass(frozen=True)
 class VehicleMeasurements:
-    """Everything that one vehicle measured at one instant; what was lost is None."""
+    """The measurements of one vehicle that arrived in one control step.
 
-    imu: Imu | None
-    optic_flow: OpticFlow | None
-    sonar: Sonar | None
-    range_bearing: RangeBearings | None
-    localization: Odometry | None
-    """Only the leader has it."""
+    Each has the stamp of its own instant, which may lie before the step. A sensor may have several, or none:
+    nothing was measured, or it was lost or is still on its way.
+    """
+
+    by_sensor: Mapping[str, tuple[Measurement, ...]]
+    """By name of the sensor, from the oldest to the newest stamp; a sensor without measurements is absent."""
+
+    @classmethod
+    def collect(cls, arrived: Iterable[tuple[Sensor[Any, Any], Measurement]]) -> Self:
+        """Sort what arrived, in any order, by sensor and stamp."""
+        by_sensor: dict[str, tuple[Measurement, ...]] = {}
+        for sensor, measurement in arrived:
+            by_sensor[sensor.name] = (*by_sensor.get(sensor.name, ()), measurement)
+        return cls({name: tuple(sorted(each, key=_stamp_ns)) for name, each in by_sensor.items()})
+
+    def newest(self, sensor: Sensor[M, Any]) -> M | None:
+        """The measurement of a sensor with the newest stamp; None: none arrived."""
+        arrived = self.arrived(sensor)
+        return arrived[-1] if arrived else None
+
+    def arrived(self, sensor: Sensor[M, Any]) -> tuple[M, ...]:
+        """All measurements of a sensor, from the oldest to the newest stamp."""
+        return self.by_sensor.get(sensor.name, ())  # type: ignore[return-value]  # ``collect`` keeps the types
 
 
 @dataclass(frozen=True)
 class TeamMeasurements:
-    """The consistent set of measurements of one control step, by vehicle name in team order."""
+    """All measurements that arrived in one control step."""
 
     step: int
-    stamp_ns: int
+    arrival_ns: int
+    """Instant of the step. The measurements have stamps of their own, this one or earlier."""
     by_vehicle: Mapping[str, VehicleMeasurements]
+    """By vehicle name, in team order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,3 +82,7 @@ class RotorCommand:
     """[rad/s], shape (4,)."""
     predicted_speeds: Array
     """The intervals that follow [rad/s], shape (intervals, 4)."""
+
+
+def _stamp_ns(measurement: Measurement) -> int:
+    return measurement.stamp_ns

@@ -15,15 +15,11 @@ from sensor_msgs.msg import Imu as ImuMsg
 from sensor_msgs.msg import Range as RangeMsg
 
 from relform_core.arrays import Array
-from relform_core.measurements import (
-    Imu,
-    Odometry,
-    OpticFlow,
-    RangeBearing,
-    RangeBearings,
-    RotorCommand,
-    Sonar,
-)
+from relform_core.measurements import Odometry, RotorCommand
+from relform_core.sensors.imu import Imu
+from relform_core.sensors.optic_flow import OpticFlow
+from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
+from relform_core.sensors.sonar import Sonar
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_msgs.msg import RangeBearing as RangeBearingMsg
 from relform_msgs.msg import RangeBearingArray as RangeBearingArrayMsg

@@ -9,6 +9,12 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, Range
 
 from relform_core.scenario_config import SensorName, TeamConfig
+from relform_core.sensors.imu import IMU
+from relform_core.sensors.localization import LOCALIZATION
+from relform_core.sensors.optic_flow import OPTIC_FLOW
+from relform_core.sensors.range_bearing import RANGE_BEARING
+from relform_core.sensors.sensor import Sensor
+from relform_core.sensors.sonar import SONAR
 from relform_msgs.msg import RangeBearingArray
 from relform_ros import conversions
 
@@ -17,6 +23,7 @@ from relform_ros import conversions
 class SensorWire:
     """One sensor on the wire."""
 
+    sensor: Sensor[Any, Any]
     message: type[Any]
     to_msg: Callable[[Any, str], Any]
     """Measurement and vehicle to message."""
@@ -30,17 +37,25 @@ def _alone(from_msg: Callable[[Any, str], Any]) -> Callable[[Any, str, Collectio
 
 
 SENSORS: Mapping[SensorName, SensorWire] = {
-    "imu": SensorWire(Imu, conversions.imu_to_msg, _alone(conversions.imu_from_msg)),
+    "imu": SensorWire(IMU, Imu, conversions.imu_to_msg, _alone(conversions.imu_from_msg)),
     "optic_flow": SensorWire(
-        TwistWithCovarianceStamped, conversions.optic_flow_to_msg, _alone(conversions.optic_flow_from_msg)
+        OPTIC_FLOW,
+        TwistWithCovarianceStamped,
+        conversions.optic_flow_to_msg,
+        _alone(conversions.optic_flow_from_msg),
     ),
-    "sonar": SensorWire(Range, conversions.sonar_to_msg, _alone(conversions.sonar_from_msg)),
+    "sonar": SensorWire(SONAR, Range, conversions.sonar_to_msg, _alone(conversions.sonar_from_msg)),
     "range_bearing": SensorWire(
-        RangeBearingArray, conversions.range_bearings_to_msg, conversions.range_bearings_from_msg
+        RANGE_BEARING,
+        RangeBearingArray,
+        conversions.range_bearings_to_msg,
+        conversions.range_bearings_from_msg,
     ),
-    "localization": SensorWire(Odometry, conversions.odometry_to_msg, _alone(conversions.odometry_from_msg)),
+    "localization": SensorWire(
+        LOCALIZATION, Odometry, conversions.odometry_to_msg, _alone(conversions.odometry_from_msg)
+    ),
 }
-"""In the order in which a vehicle sends them; named like the fields of ``VehicleMeasurements``."""
+"""In the order in which a vehicle sends them."""
 
 
 def sensors_of(vehicle: str, team: TeamConfig) -> tuple[SensorName, ...]:

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from relform_core.arrays import Array
-from relform_core.measurements import Imu, Odometry
-from relform_core.sensors_config import ImuConfig
+from relform_core.measurements import Odometry
+from relform_core.sensors.imu import Imu, ImuConfig
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sensors.rotation import (
     quaternion_from_rotation_vector,

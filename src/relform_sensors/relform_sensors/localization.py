@@ -3,7 +3,7 @@
 import numpy as np
 
 from relform_core.measurements import Odometry
-from relform_core.sensors_config import LocalizationConfig
+from relform_core.sensors.localization import LocalizationConfig
 from relform_sensors.rotation import quaternion_from_rotation_vector, quaternion_product
 
 UNKNOWN_VARIANCE = 1.0e6

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from relform_core.measurements import Odometry, OpticFlow
-from relform_core.sensors_config import OpticFlowConfig
+from relform_core.measurements import Odometry
+from relform_core.sensors.optic_flow import OpticFlow, OpticFlowConfig
 
 
 class OpticFlowSensor:

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from relform_core.arrays import Array
-from relform_core.measurements import Odometry, RangeBearing, RangeBearings
+from relform_core.measurements import Odometry
 from relform_core.scenario_config import Outliers
-from relform_core.sensors_config import RangeBearingConfig, Sector
+from relform_core.sensors.range_bearing import RangeBearing, RangeBearingConfig, RangeBearings, Sector
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sensors.rotation import rotation_matrix, wrap_angle
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from relform_core.measurements import Odometry, Sonar
-from relform_core.sensors_config import SonarConfig
+from relform_core.measurements import Odometry
+from relform_core.sensors.sonar import Sonar, SonarConfig
 
 
 class SonarSensor:

@@ -2,12 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeVar
 
 from relform_core.arrays import Array
-from relform_core.measurements import Imu, Odometry, OpticFlow, RangeBearings, Sonar, VehicleMeasurements
+from relform_core.measurements import Odometry, VehicleMeasurements
 from relform_core.randomness import Stream, spawn_generator
 from relform_core.scenario_config import Dropout, Outliers, ScenarioConfig, SensorName
+from relform_core.sensors.imu import Imu
+from relform_core.sensors.optic_flow import OpticFlow
+from relform_core.sensors.range_bearing import RangeBearings
+from relform_core.sensors.registry import SENSORS
+from relform_core.sensors.sonar import Sonar
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sensors.imu import ImuSensor
 from relform_sensors.localization import LocalizationSensor
@@ -15,8 +19,6 @@ from relform_sensors.loss import Loss
 from relform_sensors.optic_flow import OpticFlowSensor
 from relform_sensors.range_bearing import RangeBearingSensor
 from relform_sensors.sonar import SonarSensor
-
-Message = TypeVar("Message")
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class SensorSuite:
             ("range_bearing", Stream.RANGE_BEARING, 0.0),  # its own dropouts hide single targets
             ("localization", Stream.LOCALIZATION, sensors.localization.dropout_probability),
         )
-        self._losses = {
+        self._losses: dict[str, Loss] = {
             sensor: Loss(
                 generators[stream], probability, [event for event in dropouts if event.sensor == sensor]
             )
@@ -94,13 +96,9 @@ class SensorSuite:
         """What of these readings is sent."""
         time = readings.stamp_ns / NANOSECONDS_PER_SECOND
 
-        def sent(sensor: SensorName, message: Message) -> Message | None:
-            return None if self._losses[sensor].loses(time) else message
-
-        return VehicleMeasurements(
-            imu=sent("imu", readings.imu),
-            optic_flow=sent("optic_flow", readings.optic_flow),
-            sonar=sent("sonar", readings.sonar),
-            range_bearing=sent("range_bearing", readings.range_bearing),
-            localization=sent("localization", readings.localization),
+        measured = [(sensor, getattr(readings, sensor.name)) for sensor in SENSORS]
+        return VehicleMeasurements.collect(
+            (sensor, measurement)
+            for sensor, measurement in measured
+            if not self._losses[sensor.name].loses(time) and measurement is not None
         )

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from relform_core.arrays import Array
-from relform_core.measurements import Imu, OpticFlow
+from relform_core.sensors.imu import Imu
+from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import VehicleConfig
 

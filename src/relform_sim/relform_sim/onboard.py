@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_core.arrays import Array
-from relform_core.measurements import Imu, OpticFlow, RotorCommand
+from relform_core.measurements import RotorCommand
+from relform_core.sensors.imu import Imu
+from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.units import seconds_to_ns
 from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
 from relform_sim.failsafe import Failsafe

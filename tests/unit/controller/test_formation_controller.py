@@ -14,6 +14,9 @@ from relform_controller.solver.algorithm import ModifiedRti, SolverState
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
 from relform_core.measurements import TeamMeasurements
+from relform_core.sensors.imu import IMU
+from relform_core.sensors.localization import LOCALIZATION
+from relform_core.sensors.optic_flow import OPTIC_FLOW
 from support.flights import AGILE, all_speeds, record, replaced, replay
 from support.scenarios import NOISE_FREE, paper_scenario
 
@@ -27,7 +30,7 @@ NAMES = CONFIG.team.vehicles
 def with_yaw_offsets(measurements: TeamMeasurements, offsets: dict[str, float]) -> TeamMeasurements:
     """The same, but the IMUs believe that north is elsewhere."""
     for name, offset in offsets.items():
-        imu = measurements.by_vehicle[name].imu
+        imu = measurements.by_vehicle[name].newest(IMU)
         assert imu is not None
         q_NB = (Rotation.from_euler("z", offset) * Rotation.from_quat(imu.q_NB)).as_quat()
         measurements = replaced(measurements, name, imu=dataclasses.replace(imu, q_NB=q_NB))
@@ -68,12 +71,12 @@ def test_measurements_are_not_touched() -> None:
     for measurements, original in zip(MEASURED, before, strict=False):
         for name in NAMES:
             now, then = measurements.by_vehicle[name], original.by_vehicle[name]
-            assert now.imu is not None
-            assert then.imu is not None
-            np.testing.assert_array_equal(now.imu.q_NB, then.imu.q_NB)
-            np.testing.assert_array_equal(now.imu.w_NB_B, then.imu.w_NB_B)
-        leader = measurements.by_vehicle["leader"].localization
-        original_leader = original.by_vehicle["leader"].localization
+            assert now.newest(IMU) is not None
+            assert then.newest(IMU) is not None
+            np.testing.assert_array_equal(now.newest(IMU).q_NB, then.newest(IMU).q_NB)
+            np.testing.assert_array_equal(now.newest(IMU).w_NB_B, then.newest(IMU).w_NB_B)
+        leader = measurements.by_vehicle["leader"].newest(LOCALIZATION)
+        original_leader = original.by_vehicle["leader"].newest(LOCALIZATION)
         assert leader is not None
         assert original_leader is not None
         np.testing.assert_array_equal(leader.p_NB_N, original_leader.p_NB_N)
@@ -137,7 +140,7 @@ def test_what_was_asked_and_seen_is_told() -> None:
             # A team in formation: 0.025 m of noise, and what the turn and the change of the formation need.
             assert np.linalg.norm(pair.p_B1B2_C1__est - pair.p_B1B2_C1__ref) < 0.6
             assert not pair.yaw_held
-        localization = MEASURED[step].by_vehicle["leader"].localization
+        localization = MEASURED[step].by_vehicle["leader"].newest(LOCALIZATION)
         assert localization is not None
         expected = np.linalg.norm(localization.p_NB_N - decision.reference.p_NB_N)
         assert decision.leader_position_error == pytest.approx(expected)
@@ -157,7 +160,7 @@ def test_the_start_is_solved_to_its_tolerance_and_then_the_steps_are_few() -> No
 
 def blind(measurements: TeamMeasurements, name: str) -> TeamMeasurements:
     """The optic flow of one vehicle is not a number, as no sensor should say."""
-    flow = measurements.by_vehicle[name].optic_flow
+    flow = measurements.by_vehicle[name].newest(OPTIC_FLOW)
     assert flow is not None
     return replaced(measurements, name, optic_flow=dataclasses.replace(flow, v_NB_B=np.full(3, np.nan)))
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +12,10 @@ from relform_controller.ocp import layout
 from relform_controller.ocp.problem import TeamGeometry
 from relform_core.errors import FlightError
 from relform_core.measurements import TeamMeasurements
+from relform_core.sensors.imu import IMU
+from relform_core.sensors.optic_flow import OPTIC_FLOW
+from relform_core.sensors.range_bearing import RANGE_BEARING
+from support.flights import replaced as without
 from support.world import GYRO_VARIANCE, TrueVehicle, measure, random_team, relative_position_C
 
 NAMES = ("leader", "follower_1", "follower_2")
@@ -35,16 +38,9 @@ def make_prediction() -> Prediction:
     return Prediction(states, geometry)
 
 
-def without(measurements: TeamMeasurements, vehicle: str, **lost: Any) -> TeamMeasurements:
-    """The same, but something of one vehicle is lost, or another message."""
-    by_vehicle = dict(measurements.by_vehicle)
-    by_vehicle[vehicle] = dataclasses.replace(by_vehicle[vehicle], **lost)
-    return dataclasses.replace(measurements, by_vehicle=by_vehicle)
-
-
 def blinded(measurements: TeamMeasurements, observer: str, target: str) -> TeamMeasurements:
     """The same, but one vehicle does not see one other."""
-    sights = measurements.by_vehicle[observer].range_bearing
+    sights = measurements.by_vehicle[observer].newest(RANGE_BEARING)
     assert sights is not None
     others = {name: seen for name, seen in sights.by_target.items() if name != target}
     return without(measurements, observer, range_bearing=dataclasses.replace(sights, by_target=others))
@@ -105,7 +101,7 @@ def test_without_imu_roll_pitch_and_rates_are_the_predicted_ones(name: str) -> N
     np.testing.assert_array_equal(state[[layout.ROLL, layout.PITCH]], predicted[[layout.ROLL, layout.PITCH]])
     np.testing.assert_array_equal(state[layout.RATE], predicted[layout.RATE])
     # The flow is in the body, so that it is turned by the predicted attitude.
-    flow = full.by_vehicle[name].optic_flow
+    flow = full.by_vehicle[name].newest(OPTIC_FLOW)
     assert flow is not None
     R_IB = Rotation.from_euler("ZYX", [0.0, predicted[layout.PITCH], predicted[layout.ROLL]])
     np.testing.assert_allclose(state[layout.VELOCITY], R_IB.apply(flow.v_NB_B), atol=1e-12)
@@ -145,7 +141,7 @@ def test_the_order_of_the_messages_does_not_matter() -> None:
 
 def test_each_gyro_adds_its_own_noise_to_a_yaw_that_is_held() -> None:
     measurements = measure(random_team(np.random.default_rng(7), 3), NAMES)
-    imu = measurements.by_vehicle["follower_1"].imu
+    imu = measurements.by_vehicle["follower_1"].newest(IMU)
     assert imu is not None
     better = dataclasses.replace(imu, gyro_covariance=0.25 * imu.gyro_covariance)
     measurements = without(measurements, "follower_1", imu=better)

@@ -14,7 +14,7 @@ from relform_controller.estimation.relative_yaw import (
     yaw_from_mutual_sight,
 )
 from relform_controller.ocp.frames import rotation_CB
-from relform_core.measurements import RangeBearing
+from relform_core.sensors.range_bearing import RangeBearing
 from support.world import POSITION_STD, TrueVehicle, random_team, sight
 
 DEGREE = math.pi / 180.0

@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from relform_core.load import load_scenario
-from relform_core.measurements import Odometry, RangeBearing, RangeBearings
+from relform_core.measurements import Odometry
 from relform_core.scenario_config import Outliers
-from relform_core.sensors_config import Sector
+from relform_core.sensors.range_bearing import RangeBearing, RangeBearings, Sector
 from relform_sensors.range_bearing import UNKNOWN_ANGLE_STD, RangeBearingSensor
 
 CONFIG = load_scenario(Path(__file__).parents[3] / "config/scenarios/paper.yaml").config.sensors.range_bearing

@@ -10,7 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from relform_core.load import load_scenario
-from relform_core.measurements import Imu, OpticFlow, RotorCommand
+from relform_core.measurements import RotorCommand
+from relform_core.sensors.imu import Imu
+from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import FailsafeConfig
 from relform_sim.failsafe import Failsafe

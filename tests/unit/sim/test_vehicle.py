@@ -14,6 +14,8 @@ from relform_core.errors import FlightError
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.sensors.imu import IMU
+from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_core.units import GRAVITY
 from relform_sim.vehicle import Vehicle
 
@@ -102,7 +104,7 @@ def test_nominal_vehicle_hovers_and_measures_g() -> None:
         start, end = flight.ground_truth[0][name], flight.ground_truth[-1][name]
         assert end.p_NB_N == pytest.approx(start.p_NB_N, abs=1e-9)
         assert end.stamp_ns == 1_000_000_000
-    forces = [measured["leader"].imu.f_NB_B for measured in flight.measurements]
+    forces = [measured["leader"].newest(IMU).f_NB_B for measured in flight.measurements]
     assert np.mean(forces, axis=0) == pytest.approx([0.0, 0.0, GRAVITY], abs=0.05)
 
 
@@ -110,7 +112,7 @@ def test_true_vehicles_differ_from_the_nominal_one_and_from_each_other() -> None
     config = load("sensors.imu.accelerometer_std_m_s2=0.0")
     flight = fly(config, 1, commands=hovering)
     masses = {
-        name: 4.0 * config.vehicle.hover_thrust / measured.imu.f_NB_B[2]
+        name: 4.0 * config.vehicle.hover_thrust / measured.newest(IMU).f_NB_B[2]
         for name, measured in flight.measurements[0].items()
     }
     assert len(set(masses.values())) == 3
@@ -126,7 +128,9 @@ def test_same_seed_same_bits_another_seed_another_flight() -> None:
     for name in CONFIG.team.vehicles:
         assert first.states(name) == again.states(name)
         assert first.states(name) != other.states(name)
-    imus = [flight.measurements[10]["follower_2"].imu.w_NB_B.tolist() for flight in (first, again, other)]
+    imus = [
+        flight.measurements[10]["follower_2"].newest(IMU).w_NB_B.tolist() for flight in (first, again, other)
+    ]
     assert imus[0] == imus[1] != imus[2]
 
 
@@ -134,9 +138,11 @@ def test_range_bearing_is_between_the_handed_out_ground_truths() -> None:
     flight = fly(load("sensors.range_bearing.position_std_m=1.0e-9"), 5)
     truth = flight.ground_truth[5]
     for name, measured in flight.measurements[5].items():
-        for target, seen in measured.range_bearing.by_target.items():
+        for target, seen in measured.newest(RANGE_BEARING).by_target.items():
             assert seen.range == pytest.approx(math.dist(truth[name].p_NB_N, truth[target].p_NB_N), abs=1e-7)
-        assert list(measured.range_bearing.by_target) == [n for n in CONFIG.team.vehicles if n != name]
+        assert list(measured.newest(RANGE_BEARING).by_target) == [
+            n for n in CONFIG.team.vehicles if n != name
+        ]
 
 
 def test_wind_acts_on_its_target_while_it_lasts() -> None:
@@ -181,7 +187,7 @@ def test_commands_are_lost_as_often_as_specified_and_without_touching_other_draw
 
     def gyro_noise(flight: Flight) -> Any:
         return [
-            measured["leader"].imu.w_NB_B - truth["leader"].w_NB_B
+            measured["leader"].newest(IMU).w_NB_B - truth["leader"].w_NB_B
             for measured, truth in zip(flight.measurements, flight.ground_truth, strict=True)
         ]
 
@@ -194,7 +200,7 @@ def test_a_dropped_imu_message_does_not_blind_the_failsafe() -> None:
         fly(load(events(dropout)), 6, commands=lambda _: None),
         fly(CONFIG, 6, commands=lambda _: None),
     )
-    assert all(measured["leader"].imu is None for measured in blind.measurements)
+    assert all(measured["leader"].newest(IMU) is None for measured in blind.measurements)
     assert blind.vehicles["leader"].counts.failsafe == 6
     assert blind.states("leader") == seeing.states("leader")
 

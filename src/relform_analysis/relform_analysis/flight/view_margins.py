@@ -6,7 +6,7 @@ import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_core.arrays import Array
-from relform_core.sensors_config import Sector
+from relform_core.sensors.range_bearing import Sector
 
 FULL_CIRCLE_TOLERANCE = 1e-9
 

@@ -14,6 +14,7 @@ from relform_bags.writer import CONFIG_ATTACHMENT
 from relform_core.errors import BagError, MessageError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_core.sensors.sensor import Measurement, Sensor
 from relform_msgs.msg import FormationEvent
 from relform_ros.conversions import rotor_command_from_msg
 from relform_ros.events import parameters_from_msg
@@ -78,7 +79,7 @@ def _steps(
         stamp_ns = step * config.period_ns
         given = {}
         for vehicle in config.team.vehicles:
-            measured: dict[str, Any] = dict.fromkeys(SENSORS)
+            arrived: list[tuple[Sensor[Any, Any], Measurement]] = []
             for sensor in sensors_of(vehicle, config.team):
                 topic = vehicle_topic(vehicle, sensor)
                 if (
@@ -86,8 +87,9 @@ def _steps(
                     and (message := messages.get((topic, stamp_ns))) is not None
                 ):
                     msg = _deserialized(message)
-                    measured[sensor] = SENSORS[sensor].from_msg(msg, vehicle, config.team.vehicles)
-            given[vehicle] = VehicleMeasurements(**measured)
+                    wire = SENSORS[sensor]
+                    arrived.append((wire.sensor, wire.from_msg(msg, vehicle, config.team.vehicles)))
+            given[vehicle] = VehicleMeasurements.collect(arrived)
         commands = {}
         for vehicle in config.team.vehicles:
             message = messages.get((vehicle_topic(vehicle, "rotor_speeds"), stamp_ns))

@@ -106,7 +106,7 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
                 np.array_equal(decision.commands[vehicle].predicted_speeds, command.predicted_speeds)
                 for vehicle, command in step.commands.items()
             )
-    stamps_ns = np.array([step.measurements.stamp_ns for step in flight.steps])
+    stamps_ns = np.array([step.measurements.arrival_ns for step in flight.steps])
     recorded = [[step.commands[vehicle].speeds for vehicle in vehicles] for step in flight.steps]
     return Replay(
         stamps_ns / NANOSECONDS_PER_SECOND, vehicles, np.array(recorded), np.array(replayed), plans_equal

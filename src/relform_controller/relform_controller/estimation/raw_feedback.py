@@ -20,7 +20,11 @@ from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.ocp.problem import TeamGeometry
 from relform_core.arrays import Array
 from relform_core.errors import FlightError
-from relform_core.measurements import RangeBearing, TeamMeasurements, VehicleMeasurements
+from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_core.sensors.imu import IMU
+from relform_core.sensors.localization import LOCALIZATION
+from relform_core.sensors.optic_flow import OPTIC_FLOW
+from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,16 +101,16 @@ class RawFeedback:
         """State in the vehicle's own {mi}: only velocity, roll, pitch and rates can differ from zero."""
         state = np.zeros(layout.N_STATE)
         name = self._vehicles[index]
-        if vehicle.imu is not None:
-            state[layout.ROLL], state[layout.PITCH], _ = rpy_from_quaternion(vehicle.imu.q_NB)
-            state[layout.RATE] = vehicle.imu.w_NB_B
+        if (imu := vehicle.newest(IMU)) is not None:
+            state[layout.ROLL], state[layout.PITCH], _ = rpy_from_quaternion(imu.q_NB)
+            state[layout.RATE] = imu.w_NB_B
         else:
             predicted = self._predicted(prediction, f"imu of {name}").states[index]
             state[layout.ROLL], state[layout.PITCH] = predicted[layout.ROLL], predicted[layout.PITCH]
             state[layout.RATE] = predicted[layout.RATE]
-        if vehicle.optic_flow is not None:
+        if (flow := vehicle.newest(OPTIC_FLOW)) is not None:
             R_IB = rotation_CB(state[layout.ROLL], state[layout.PITCH])  # the yaw is zero in {mi}
-            state[layout.VELOCITY] = R_IB @ vehicle.optic_flow.v_NB_B
+            state[layout.VELOCITY] = R_IB @ flow.v_NB_B
         else:
             predicted = self._predicted(prediction, f"optic flow of {name}").states[index]
             state[layout.VELOCITY] = predicted[layout.VELOCITY]
@@ -115,11 +119,12 @@ class RawFeedback:
     def _leader_pose(
         self, leader: VehicleMeasurements, yaw_reference: float, prediction: Prediction | None
     ) -> tuple[Array, float]:
-        if leader.localization is None:
+        localization = leader.newest(LOCALIZATION)
+        if localization is None:
             geometry = self._predicted(prediction, "localization of the leader").geometry
             return geometry.p_NI_N, geometry.yaw_NI
-        _, _, yaw = rpy_from_quaternion(leader.localization.q_NB)
-        return leader.localization.p_NB_N, yaw_reference + wrap_angle(yaw - yaw_reference)
+        _, _, yaw = rpy_from_quaternion(localization.q_NB)
+        return localization.p_NB_N, yaw_reference + wrap_angle(yaw - yaw_reference)
 
     def _update_yaws(self, vehicles: list[VehicleMeasurements], R_CB: list[Array]) -> tuple[bool, ...]:
         held = dict.fromkeys(self._pairs, False)
@@ -149,12 +154,12 @@ class RawFeedback:
         roll, pitch, w_IB_B = states[:, layout.ROLL], states[:, layout.PITCH], states[:, layout.RATE]
         self._yaw_rates = (np.sin(roll) * w_IB_B[:, 1] + np.cos(roll) * w_IB_B[:, 2]) / np.cos(pitch)
         for index, vehicle in enumerate(vehicles):
-            if vehicle.imu is not None:
-                self._yaw_rate_variances[index] = vehicle.imu.gyro_covariance[2, 2]
+            if (imu := vehicle.newest(IMU)) is not None:
+                self._yaw_rate_variances[index] = imu.gyro_covariance[2, 2]
 
     def _sight(self, vehicles: list[VehicleMeasurements], i: int, j: int) -> RangeBearing | None:
         """What vehicle i sees of vehicle j."""
-        sights = vehicles[i].range_bearing
+        sights = vehicles[i].newest(RANGE_BEARING)
         return None if sights is None else sights.by_target.get(self._vehicles[j])
 
     def _names(self, i: int, j: int) -> str:

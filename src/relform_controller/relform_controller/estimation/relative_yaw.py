@@ -13,7 +13,7 @@ import numpy as np
 
 from relform_controller.ocp.frames import wrap_angle
 from relform_core.arrays import Array
-from relform_core.measurements import RangeBearing
+from relform_core.sensors.range_bearing import RangeBearing
 
 
 @dataclass(frozen=True)

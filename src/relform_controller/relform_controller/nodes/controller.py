@@ -102,8 +102,10 @@ class Leader:
     def _decide(self, step: int) -> Decision:
         messages = self._inbox.at(step)
         by_vehicle = {
-            vehicle: VehicleMeasurements(
-                **{name: messages.get(vehicle_topic(vehicle, name)) for name in SENSORS}
+            vehicle: VehicleMeasurements.collect(
+                (SENSORS[name].sensor, messages[topic])
+                for name in sensors_of(vehicle, self._team)
+                if (topic := vehicle_topic(vehicle, name)) in messages
             )
             for vehicle in self._team.vehicles
         }

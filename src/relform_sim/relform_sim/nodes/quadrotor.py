@@ -93,7 +93,7 @@ class Quadrotor:
 
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
         for sensor, wire in SENSORS.items():
-            if (measurement := getattr(measurements, sensor)) is not None:
+            for measurement in measurements.arrived(wire.sensor):
                 self._publish(sensor, wire.to_msg(measurement, self._name))
 
     def _publish_fault(self, step: int, fault: str) -> None:

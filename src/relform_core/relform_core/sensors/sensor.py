@@ -1,0 +1,45 @@
+"""One kind of sensor: the key under which its measurements and its configuration are found."""
+
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from relform_core.schema import Probability, Schema
+
+
+class Measurement(Protocol):
+    """What a sensor measured at one instant."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """Instant of the measurement, in simulation time [ns]."""
+
+
+class SensorConfig(Schema):
+    """Section of ``config/sensors/*.yaml`` on one sensor."""
+
+    dropout_probability: Probability
+
+    @property
+    def message_loss(self) -> float:
+        """Probability that a whole message of this sensor is lost."""
+        return self.dropout_probability
+
+
+M = TypeVar("M", bound=Measurement)
+C = TypeVar("C", bound=SensorConfig)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor(Generic[M, C]):
+    """Registration of a sensor."""
+
+    name: str
+    """Of its topic, of its section in the configuration, and of its modules."""
+    measurement: type[M]
+    config: type[C]
+    stream: int
+    """Key of its random stream, see ``randomness``. Append, never renumber: recorded results depend on it."""
+    leader_only: bool = False
+    """Whether only the leader carries it; otherwise every vehicle does."""
+    optional: bool = False
+    """Whether the configuration may leave its section out: then no vehicle carries it."""
