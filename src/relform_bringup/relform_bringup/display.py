@@ -9,7 +9,7 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 
-from relform_core.scenario_config import ScenarioConfig
+from relform_core.scenario_config import PhaseConfig, ScenarioConfig
 
 if TYPE_CHECKING:
     from relform_bringup.nodes.monitor import Monitor
@@ -25,12 +25,8 @@ class FlightDisplay:
     def __init__(self, console: Console, config: ScenarioConfig) -> None:
         self._console = console
         self._duration = config.n_steps * config.controller.period
-        self._phases = [
-            f"{phase.name} {phase.title}"
-            for phase in config.phases
-            for _ in range(round(phase.duration / config.controller.period))
-        ]
-        self._phase_width = max(map(len, self._phases))
+        self._config = config
+        self._phase_width = max(len(_shown(phase)) for phase in config.phases)
         self._live = Live(console=console, auto_refresh=False, transient=True)
         self._refresh_s = REFRESH_S if console.is_terminal else PLAIN_REFRESH_S
         self._refreshed = time.monotonic() - self._refresh_s
@@ -57,7 +53,7 @@ class FlightDisplay:
         if time.monotonic() - self._refreshed < self._refresh_s:
             return
         self._refreshed = time.monotonic()
-        phase = self._phases[min(monitor.step, len(self._phases) - 1)]
+        phase = _shown(self._config.phase_at(monitor.step))
         times = f"{monitor.flown:5.2f} / {self._duration:.1f} s"
         error = monitor.formation_error()
         facts = [f"formation error {error:.3f} m"] if error is not None else []
@@ -70,3 +66,7 @@ class FlightDisplay:
         bar = ProgressBar(total=self._duration, completed=monitor.flown, width=BAR_WIDTH)
         line.add_row(f"{phase:{self._phase_width}}", bar, times, *facts)
         self._live.update(line, refresh=True)
+
+
+def _shown(phase: PhaseConfig) -> str:
+    return f"{phase.name} {phase.title}"

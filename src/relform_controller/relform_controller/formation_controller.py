@@ -85,7 +85,7 @@ class FormationController:
         self._period_ns = config.period_ns
         self._thrust_coefficient = config.vehicle.thrust_coefficient
         self._hover_thrust = config.vehicle.hover_thrust
-        self._phase_by_step = _phase_by_step(config)
+        self._config = config
         self._warm_start = config.controller.solver.warm_start
         self._ocp = Ocp.from_config(config)
         self._kernels = Kernels(self._ocp)
@@ -220,7 +220,7 @@ class FormationController:
                 for pair, (observer, target) in enumerate(names)
             ),
             reference=TeamReference(
-                phase=self._phase_by_step[min(measurements.step, len(self._phase_by_step) - 1)],
+                phase=self._config.phase_at(measurements.step).name,
                 p_NB_N=leader.p_NB_N[0],
                 v_NB_N=leader.v_NB_N[0],
                 yaw_NB=float(leader.yaw_NB[0]),
@@ -229,13 +229,3 @@ class FormationController:
             leader_position_error=float(np.linalg.norm(feedback.geometry.p_NI_N - leader.p_NB_N[0])),
             leader_yaw_error=wrap_angle(feedback.geometry.yaw_NI - float(leader.yaw_NB[0])),
         )
-
-
-def _phase_by_step(config: ScenarioConfig) -> list[str]:
-    """Name of the phase at each control step."""
-    names: list[str] = []
-    end = 0.0
-    for phase in config.phases:
-        end += phase.duration
-        names.extend([phase.name] * (round(end / config.controller.period) - len(names)))
-    return names

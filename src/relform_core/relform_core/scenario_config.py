@@ -1,5 +1,6 @@
 """Schema of ``config/scenarios/*.yaml``: team, formations, phases of a flight, and what disturbs it."""
 
+import bisect
 import itertools
 import math
 from collections.abc import Mapping
@@ -207,9 +208,37 @@ class ScenarioConfig(Schema):
     lockstep: LockstepConfig
 
     @property
+    def phase_start_times(self) -> tuple[float, ...]:
+        """Time at which each phase starts [s]."""
+        return tuple(itertools.accumulate((phase.duration for phase in self.phases[:-1]), initial=0.0))
+
+    @property
+    def phase_starts(self) -> tuple[int, ...]:
+        """First control step of each phase."""
+        return tuple(round(time / self.controller.period) for time in self.phase_start_times)
+
+    def phase_index(self, step: int) -> int:
+        """Index of the phase that a control step belongs to; after the end of the flight the last phase.
+
+        Raises:
+            ValueError: the step is negative.
+        """
+        if step < 0:
+            raise ValueError(f"control steps start at 0 (got {step})")
+        return bisect.bisect_right(self.phase_starts, step) - 1
+
+    def phase_at(self, step: int) -> PhaseConfig:
+        """The phase that a control step belongs to; after the end of the flight the last phase.
+
+        Raises:
+            ValueError: the step is negative.
+        """
+        return self.phases[self.phase_index(step)]
+
+    @property
     def duration(self) -> float:
         """Length of the flight [s]."""
-        return sum(phase.duration for phase in self.phases)
+        return self.phase_start_times[-1] + self.phases[-1].duration
 
     @property
     def n_steps(self) -> int:

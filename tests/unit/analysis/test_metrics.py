@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,6 +106,13 @@ def test_steady_windows_begin_on_their_instant() -> None:
     # A is steady from its start, B from 2.5 s on: its 51st step.
     log = perfect_builder(paper_scenario(), ["A"] * 20 + ["B"] * 60).build()
     assert steady_steps(log).tolist() == [True] * 20 + [False] * 50 + [True] * 10
+
+
+def test_steady_windows_do_not_move_when_the_first_steps_of_a_phase_are_missing() -> None:
+    log = perfect_builder(paper_scenario(), ["A"] * 20 + ["B"] * 60).build()
+    lost = range(20, 25)
+    gap = replace(log, tick_of_step=np.delete(log.tick_of_step, lost), phase=log.phase[:20] + log.phase[25:])
+    np.testing.assert_array_equal(steady_steps(gap), np.delete(steady_steps(log), lost))
 
 
 def test_steady_errors_are_those_of_the_windows() -> None:

@@ -27,6 +27,29 @@ def test_values_are_converted_once_to_si_and_radians() -> None:
     assert turn.angle == pytest.approx(math.pi / 2.0)
 
 
+def test_phase_starts() -> None:
+    config = load_scenario(PAPER).config
+    assert config.phase_starts == (0, 20, 120, 220, 300)
+    assert config.phase_start_times == (0.0, 1.0, 6.0, 11.0, 15.0)
+    names = "".join(config.phase_at(step).name for step in range(config.n_steps))
+    assert names == "A" * 20 + "B" * 100 + "C" * 100 + "D" * 80 + "E" * 240
+    assert config.phase_at(config.n_steps + 7).name == "E"
+    with pytest.raises(ValueError, match=r"^control steps start at 0 \(got -1\)$"):
+        config.phase_at(-1)
+
+
+def test_phase_starts_do_not_add_up_rounding_errors() -> None:
+    """0.15 / 0.05 is 2.9999999999999996; the error of a sum of many such phases is larger."""
+    phases = ", ".join(
+        f"{{name: P{number}, title: hover, duration_s: 0.15, steady_from_s: 0.0, formation: initial, "
+        "motion: {kind: hover, ramp_s: 0.0}}"
+        for number in range(1000)
+    )
+    config = load_scenario(PAPER, [f"phases=[{phases}]"]).config
+    assert config.phase_starts == tuple(range(0, 3000, 3))
+    assert config.n_steps == 3000
+
+
 def test_what_follows_from_the_values() -> None:
     config = load_scenario(PAPER).config
     assert config.duration == pytest.approx(27.0)

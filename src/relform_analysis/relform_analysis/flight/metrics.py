@@ -150,7 +150,7 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
         )
 
     def score_phase(phase: PhaseConfig) -> PhaseMetrics:
-        steps = np.array([name == phase.name for name in log.phase], dtype=np.bool_)
+        steps = phase_steps(log, phase)
         times = log.step_ns[steps] / NANOSECONDS_PER_SECOND
         return PhaseMetrics(
             name=phase.name,
@@ -237,14 +237,19 @@ def tilts(q_NB: Array) -> Array:
 
 def steady_steps(log: FlightLog) -> Mask:
     """Whether a control step is in its phase's steady window, ``steady_from`` after its begin; shape (K,)."""
-    first_ns: dict[str, int] = {}
-    for phase, step_ns in zip(log.phase, log.step_ns.tolist(), strict=True):
-        first_ns.setdefault(phase, step_ns)
     config = log.scenario.config
-    delay_ns = {phase.name: seconds_to_ns(phase.steady_from) for phase in config.phases}
     margin_ns = config.period_ns // 2  # a window may begin on an instant, which is rounded
-    begin_ns = [first_ns[phase] + delay_ns[phase] - margin_ns for phase in log.phase]
-    return log.step_ns >= np.array(begin_ns, dtype=np.int64)
+    begin_ns = [
+        start * config.period_ns + seconds_to_ns(phase.steady_from) - margin_ns
+        for start, phase in zip(config.phase_starts, config.phases, strict=True)
+    ]
+    index = [config.phase_index(step) for step in (log.step_ns // config.period_ns).tolist()]
+    return log.step_ns >= np.array(begin_ns, dtype=np.int64)[index]
+
+
+def phase_steps(log: FlightLog, phase: PhaseConfig) -> Mask:
+    """Whether a control step belongs to a phase, shape (K,)."""
+    return np.array([name == phase.name for name in log.phase], dtype=np.bool_)
 
 
 def settling_time(times: Array, errors: Array, steady: Mask) -> float:

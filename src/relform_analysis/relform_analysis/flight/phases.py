@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import steady_steps
+from relform_analysis.flight.metrics import phase_steps, steady_steps
 from relform_core.arrays import Array
 from relform_core.units import NANOSECONDS_PER_SECOND
 
@@ -36,7 +36,7 @@ def flown_phases(log: FlightLog) -> list[FlownPhase]:
     time, steady, period = step_times(log), steady_steps(log), log.scenario.config.controller.period
     flown = []
     for phase in log.scenario.config.phases:
-        steps = np.array([name == phase.name for name in log.phase])
+        steps = phase_steps(log, phase)
         if steps.any():
             end = float(time[steps][-1]) + period
             begin_steady = next(iter(time[steps & steady].tolist()), end)

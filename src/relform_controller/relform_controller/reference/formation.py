@@ -75,10 +75,10 @@ class FormationSchedule:
 
 def _formation_starts(config: ScenarioConfig) -> dict[int, Mapping[str, Vector3]]:
     """The formation of each phase that changes it, by the control step at which the phase starts."""
-    starts: dict[int, Mapping[str, Vector3]] = {}
-    time = 0.0
-    for before, phase in itertools.pairwise(config.phases):
-        time += before.duration
-        if phase.formation != before.formation:
-            starts[round(time / config.controller.period)] = config.formations[phase.formation]
-    return starts
+    return {
+        step: config.formations[phase.formation]
+        for step, (before, phase) in zip(
+            config.phase_starts[1:], itertools.pairwise(config.phases), strict=True
+        )
+        if phase.formation != before.formation
+    }

@@ -62,14 +62,10 @@ class LeaderTrajectory:
 def _profiles(config: ScenarioConfig, time: Array) -> tuple[Array, Array, Array]:
     """Horizontal speed [m/s], climb [m/s] and turn rate [rad/s] at ``time`` [s]."""
     profiles = np.zeros((3, time.size))
-    entry = np.zeros(3)
-    start = 0.0
-    for phase in config.phases:
-        begin = int(np.searchsorted(time, start - 1e-9))
+    for phase, start, step in zip(config.phases, config.phase_start_times, config.phase_starts, strict=True):
+        begin = step * _SUBSTEPS
+        entry = profiles[:, begin]  # what the phase before leads to
         profiles[:, begin:] = _phase_profile(phase.motion, time[begin:] - start, entry)
-        start += phase.duration
-        end = int(np.searchsorted(time, start - 1e-9))
-        entry = profiles[:, end]
     return profiles[0], profiles[1], profiles[2]
 
 
