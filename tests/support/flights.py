@@ -3,14 +3,15 @@
 import dataclasses
 import math
 from collections.abc import Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
+from relform_analysis.flight.simulate import simulate
 from relform_controller.formation_controller import Decision, FormationController
 from relform_core.load import LoadedScenario
-from relform_core.measurements import RotorCommand, TeamMeasurements, VehicleMeasurements
-from relform_sim.vehicle import Vehicle
+from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 
 AGILE = (
     "phases=["
@@ -24,18 +25,8 @@ AGILE = (
 
 def record(scenario: LoadedScenario, n_steps: int) -> tuple[list[TeamMeasurements], list[Decision]]:
     """Fly so many control steps; what was measured, and what was decided."""
-    config = scenario.config
-    vehicles = {name: Vehicle(config, scenario.seed, name) for name in config.team.vehicles}
-    controller = FormationController(config)
-    commands: dict[str, RotorCommand | None] = dict.fromkeys(vehicles)
-    measured, decided = [], []
-    for step in range(n_steps):
-        ground_truth = {name: vehicle.advance(step, commands[name]) for name, vehicle in vehicles.items()}
-        by_vehicle = {name: vehicle.measure(step, ground_truth) for name, vehicle in vehicles.items()}
-        measured.append(TeamMeasurements(step, step * config.period_ns, by_vehicle))
-        decided.append(controller.step(measured[-1]))
-        commands = dict(decided[-1].commands)
-    return measured, decided
+    steps = list(islice(simulate(scenario), n_steps))
+    return [step.measurements for step in steps], [step.decision for step in steps if step.decision]
 
 
 def replay(controller: FormationController, measured: Sequence[TeamMeasurements]) -> list[Decision]:

@@ -1,12 +1,51 @@
-"""A whole flight in one process and without ROS, by the very classes that the nodes run."""
+"""A whole flight in one process and without ROS, by the classes that the nodes run."""
 
-from threadpoolctl import threadpool_limits
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from relform_analysis.flight.log import FlightLog, FlightLogBuilder
-from relform_controller.formation_controller import FormationController
+from relform_controller.blas import one_blas_thread
+from relform_controller.formation_controller import Decision, FormationController
 from relform_core.load import LoadedScenario
-from relform_core.measurements import RotorCommand, TeamMeasurements
+from relform_core.measurements import Odometry, RotorCommand, TeamMeasurements
 from relform_sim.vehicle import Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedStep:
+    """One instant of a flight: the truth, what was measured, and what was decided on it."""
+
+    ground_truth: Mapping[str, Odometry]
+    """By vehicle, in team order."""
+    measurements: TeamMeasurements
+    faults: Mapping[str, str]
+    """Why vehicles cannot fly on, by vehicle; empty if all can."""
+    decision: Decision | None
+    """None at the last instant: the scenario or a fault ends the flight there."""
+
+
+def simulate(scenario: LoadedScenario) -> Iterator[SimulatedStep]:
+    """Fly a scenario to its end or to the first fault, one control step at a time.
+
+    Raises:
+        FlightError: the flight cannot start.
+    """
+    config = scenario.config
+    vehicles = {name: Vehicle(config, scenario.seed, name) for name in config.team.vehicles}
+    controller = FormationController(config)
+    commands: Mapping[str, RotorCommand | None] = dict.fromkeys(vehicles)
+    for step in range(config.n_steps + 1):
+        ground_truth = {name: vehicle.advance(step, commands[name]) for name, vehicle in vehicles.items()}
+        by_vehicle = {name: vehicle.measure(step, ground_truth) for name, vehicle in vehicles.items()}
+        measurements = TeamMeasurements(step, step * config.period_ns, by_vehicle)
+        found = {name: vehicle.fault(step, ground_truth) for name, vehicle in vehicles.items()}
+        faults = {name: fault for name, fault in found.items() if fault is not None}
+        if step == config.n_steps or faults:
+            yield SimulatedStep(ground_truth, measurements, faults, None)
+            return
+        decision = controller.step(measurements)
+        yield SimulatedStep(ground_truth, measurements, faults, decision)
+        commands = decision.commands
 
 
 def fly_in_process(scenario: LoadedScenario) -> FlightLog:
@@ -15,29 +54,13 @@ def fly_in_process(scenario: LoadedScenario) -> FlightLog:
     Raises:
         FlightError: the flight cannot start.
     """
-    with threadpool_limits(limits=1, user_api="blas"):  # as in the leader node: else the last digits differ
-        return _fly(scenario)
-
-
-def _fly(scenario: LoadedScenario) -> FlightLog:
-    config = scenario.config
-    vehicles = {name: Vehicle(config, scenario.seed, name) for name in config.team.vehicles}
-    controller = FormationController(config)
     log = FlightLogBuilder(scenario)
-    commands: dict[str, RotorCommand | None] = dict.fromkeys(vehicles)
-    for step in range(config.n_steps + 1):
-        stamp_ns = step * config.period_ns
-        ground_truth = {name: vehicle.advance(step, commands[name]) for name, vehicle in vehicles.items()}
-        for name, odometry in ground_truth.items():
-            log.add_ground_truth(name, odometry)
-        measurements = {name: vehicle.measure(step, ground_truth) for name, vehicle in vehicles.items()}
-        faults = {name: vehicle.fault(step, ground_truth) for name, vehicle in vehicles.items()}
-        for name, fault in faults.items():
-            if fault is not None:
-                log.add_fault(stamp_ns, name, fault)
-        if step == config.n_steps or any(faults.values()):
-            break
-        decision = controller.step(TeamMeasurements(step, stamp_ns, measurements))
-        log.add_decision(decision)
-        commands = dict(decision.commands)
+    with one_blas_thread():
+        for step in simulate(scenario):
+            for name, odometry in step.ground_truth.items():
+                log.add_ground_truth(name, odometry)
+            for name, fault in step.faults.items():
+                log.add_fault(step.measurements.arrival_ns, name, fault)
+            if step.decision is not None:
+                log.add_decision(step.decision)
     return log.build()

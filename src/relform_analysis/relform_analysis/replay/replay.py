@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from relform_controller.blas import one_blas_thread
 from relform_controller.formation_controller import FormationController
 from relform_controller.tuning import ControllerTuning
 from relform_core.arrays import Array
@@ -91,7 +91,7 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
     vehicles = scenario.config.team.vehicles
     replayed, plans_equal = [], True
     impose_steps = scenario.config.controller == flight.scenario.config.controller
-    with threadpool_limits(limits=1, user_api="blas"):  # as in the leader node: else the last digits differ
+    with one_blas_thread():
         controller = FormationController(scenario.config)
         tuning = ControllerTuning.from_scenario(scenario)
         for step in flight.steps:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import rclpy
 from rclpy.node import Node
-from threadpoolctl import threadpool_limits
 
+from relform_controller.blas import one_blas_thread
 from relform_controller.formation_controller import Decision, FormationController
 from relform_controller.solver.algorithm import SolverState
 from relform_controller.tuning import FORMATION, ControllerTuning, by_formation_key
@@ -275,6 +275,5 @@ def reference_to_msg(decision: Decision) -> FormationReference:
 
 def main() -> int:
     """Run the node."""
-    # Matrix products in several threads differ in the last digits, and small ones are slower.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         return run_node(lambda: rclpy.create_node("controller", namespace="/formation"), Leader)
