@@ -19,7 +19,10 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
+            "check_playback = relform_bags.check_command:main",
+            "foxglove = relform_bags.foxglove.command:main",
             "player = relform_bags.nodes.player:main",
+            "record = relform_bags.record_command:main",
             "recorder = relform_bags.nodes.recorder:main",
         ],
         "relform_cli.commands": ["bag = relform_bags.ros2bag.command"],

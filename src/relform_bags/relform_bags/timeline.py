@@ -1,50 +1,6 @@
 """When the messages of a bag are due: bag time over steady time, with rate, pauses and single steps."""
 
-import math
-from dataclasses import dataclass
-
-from relform_core.errors import BagError
 from relform_core.units import NANOSECONDS_PER_SECOND
-
-
-@dataclass(frozen=True)
-class PlaybackOptions:
-    """How to play a bag."""
-
-    rate: float = 1.0
-    """Bag time per steady time."""
-    start_offset: float = 0.0
-    """Bag time that is skipped at the start [s]."""
-    duration: float = -1.0
-    """Bag time to play from there on [s]; negative: to the end."""
-    until_ns: int = -1
-    """Bag time at which to end if that is later; negative: not given."""
-    delay: float = 0.0
-    """Steady time to wait before each start [s]."""
-    loop: bool = False
-    start_paused: bool = False
-
-    def __post_init__(self) -> None:
-        """Raises BagError if an option is out of its bounds."""
-        if not 0.0 < self.rate < math.inf:
-            raise BagError(f"rate must be above 0 (got {self.rate})")
-        if not 0.0 <= self.start_offset < math.inf:
-            raise BagError(f"start offset must be at least 0 s (got {self.start_offset})")
-        if not 0.0 <= self.delay < math.inf:
-            raise BagError(f"delay must be at least 0 s (got {self.delay})")
-        if math.isnan(self.duration):
-            raise BagError("duration must be a number (got nan)")
-
-    def start_ns(self, bag_start_ns: int) -> int:
-        """Bag time at which to start."""
-        return bag_start_ns + round(self.start_offset * NANOSECONDS_PER_SECOND)
-
-    def end_ns(self, bag_start_ns: int) -> int | None:
-        """Last bag time to play; None: that of the bag."""
-        ends = [self.until_ns] if self.until_ns >= 0 else []
-        if 0.0 <= self.duration < math.inf:
-            ends.append(self.start_ns(bag_start_ns) + round(self.duration * NANOSECONDS_PER_SECOND))
-        return max(ends, default=None)
 
 
 class Timeline:

@@ -5,7 +5,7 @@ import re
 import signal
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import FrameType
 from typing import Any, Protocol
 
@@ -119,6 +119,7 @@ def run_node(
     create: Callable[[], Node],
     build: Callable[[Node, Spinner], Runnable],
     exit_codes: Mapping[type[FlightError], int] | None = None,
+    arguments: Sequence[str] | None = None,
 ) -> int:
     """Main function of a node's executable: returns its exit code.
 
@@ -126,13 +127,14 @@ def run_node(
         create: makes the node, after ROS was initialised with the command line.
         build: makes the logic; may take long, a signal breaks it off anywhere.
         exit_codes: of errors that have their own; of any other error it is EXIT_ERROR.
+        arguments: of the node; None: the command line of the process.
     """
     name = sys.argv[0].rpartition("/")[2]
     try:
         # Until the logic runs, a signal may end everything at once; then it waits for the logic to wait.
         for signum in (signal.SIGINT, signal.SIGTERM):
             signal.signal(signum, signal.default_int_handler)
-        _initialize_ros()
+        _initialize_ros(sys.argv[1:] if arguments is None else arguments)
         node = create()
         name = node.get_fully_qualified_name()
         spinner = Spinner(node)
@@ -156,9 +158,9 @@ def run_node(
         try_shutdown()
 
 
-def _initialize_ros() -> None:
+def _initialize_ros(arguments: Sequence[str]) -> None:
     try:
-        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=[sys.argv[0], *arguments], signal_handler_options=SignalHandlerOptions.NO)
     except rclpy_implementation.RCLError as error:
         # Without the places in the sources of rcl.
         reason = re.sub(r", at \S+:\d+", "", " ".join(str(error).split()))

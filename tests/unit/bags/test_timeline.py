@@ -1,11 +1,8 @@
 """Bag time over steady time."""
 
-import math
-
 import pytest
 
-from relform_bags.timeline import PlaybackOptions, Timeline
-from relform_core.errors import BagError
+from relform_bags.timeline import Timeline
 
 S = 1_000_000_000
 
@@ -43,40 +40,3 @@ def test_a_jump_moves_bag_time_paused_or_not() -> None:
     assert timeline.bag_time_ns(50.0) == 8 * S
     timeline.toggle_pause(now=60.0)
     assert timeline.bag_time_ns(61.5) == 8 * S + S * 3 // 2
-
-
-@pytest.mark.parametrize(
-    ("options", "problem"),
-    [
-        ({"rate": 0.0}, "rate must be above 0 (got 0.0)"),
-        ({"rate": -1.0}, "rate must be above 0 (got -1.0)"),
-        ({"rate": math.inf}, "rate must be above 0 (got inf)"),
-        ({"rate": math.nan}, "rate must be above 0 (got nan)"),
-        ({"delay": -1.0}, "delay must be at least 0 s (got -1.0)"),
-        ({"duration": math.nan}, "duration must be a number (got nan)"),
-        ({"start_offset": -0.5}, "start offset must be at least 0 s (got -0.5)"),
-        ({"start_offset": math.nan}, "start offset must be at least 0 s (got nan)"),
-    ],
-)
-def test_options_have_bounds(options: dict[str, float], problem: str) -> None:
-    with pytest.raises(BagError) as error:
-        PlaybackOptions(**options)
-    assert str(error.value) == problem
-
-
-@pytest.mark.parametrize(
-    ("options", "end_ns"),
-    [
-        ({}, None),
-        ({"duration": 0.0}, 4 * S),
-        ({"duration": 2.5}, 6 * S + S // 2),
-        ({"until_ns": 5 * S}, 5 * S),
-        ({"duration": 2.5, "until_ns": 5 * S}, 6 * S + S // 2),
-        ({"duration": 0.5, "until_ns": 5 * S}, 5 * S),
-        ({"duration": math.inf}, None),
-    ],
-)
-def test_the_later_of_two_ends_holds(options: dict[str, float], end_ns: int | None) -> None:
-    chosen = PlaybackOptions(start_offset=1.0, **options)
-    assert chosen.start_ns(3 * S) == 4 * S
-    assert chosen.end_ns(3 * S) == end_ns

@@ -12,12 +12,12 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from relform_bags.keyboard import Keyboard, terminal_keyboard
 from relform_bags.message_types import message_class
-from relform_bags.nodes.recording import Recording, read_limits, read_names, read_output, read_topics
-from relform_bags.topic_selection import TopicSelection
+from relform_bags.nodes.option_parameters import read_options
+from relform_bags.nodes.recording import Recording
+from relform_bags.options import TopicRecorderOptions
 from relform_bags.writer import VERSIONS_ATTACHMENT
 from relform_core.errors import BagError
 from relform_core.installed import software_versions
-from relform_ros.parameters import read_only
 from relform_ros.raw import subscribe_raw
 from relform_ros.run_node import Spinner, StopRequestedError
 
@@ -35,12 +35,9 @@ class DiscoveringRecorder:
     def __init__(self, node: Node, spinner: Spinner) -> None:
         self._node = node
         self._spinner = spinner
-        self._output = read_output(node)
-        self._limits = read_limits(node)
-        self._selection = read_selection(node)
-        self._takes_hidden = read_only(node, "include_hidden_topics", False, "Record hidden topics, too.")
-        self._paused = read_only(node, "start_paused", False, "Wait for the space key.")
-        self._has_keys = read_only(node, "keyboard", True, "Pause and go on at the space key.")
+        self._options = read_options(node, TopicRecorderOptions)
+        self._selection = self._options.selection
+        self._paused = self._options.start_paused
         self._subscriptions: dict[str, Subscription] = {}
         self._refused: set[str] = set()
 
@@ -51,9 +48,9 @@ class DiscoveringRecorder:
             BagError: the bag cannot be created or written.
         """
         attachments = {VERSIONS_ATTACHMENT: json.dumps(software_versions(), indent=2)}
-        recording = Recording(self._node, self._spinner, self._output, attachments, self._limits)
+        recording = Recording(self._node, self._spinner, self._options, attachments)
         try:
-            with terminal_keyboard(self._has_keys) as keyboard:
+            with terminal_keyboard(self._options.keyboard) as keyboard:
                 if keyboard.is_there:
                     self._log("Press SPACE for pausing/resuming")
                 self._log("Listening for topics...")
@@ -85,7 +82,9 @@ class DiscoveringRecorder:
         for name in self._selection.names:
             if name not in self._subscriptions and name not in self._refused:
                 print(f"{name} was not published: nothing of it is recorded", file=sys.stderr)
-        print(f"{self._output}: {recording.message_count} messages on {len(self._subscriptions)} topics")
+        print(
+            f"{self._options.output}: {recording.message_count} messages on {len(self._subscriptions)} topics"
+        )
 
     def _now_ns(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)
@@ -109,7 +108,7 @@ class DiscoveringRecorder:
 
     def _wants(self, name: str, type_name: str) -> bool:
         hidden = any(part.startswith("_") for part in name.split("/"))
-        if hidden and not self._takes_hidden and name not in self._selection.names:
+        if hidden and not self._options.include_hidden_topics and name not in self._selection.names:
             return False
         return self._selection.takes(name, type_name)
 
@@ -129,26 +128,6 @@ class DiscoveringRecorder:
 
     def _log(self, text: str) -> None:
         self._node.get_logger().info(text)
-
-
-def read_selection(node: Node) -> TopicSelection:
-    """The parameters that say which topics to record.
-
-    Raises:
-        BagError: an expression is none.
-    """
-    return TopicSelection(
-        names=read_topics(node),
-        types=_texts(node, "topic_types", "Types of topics to record."),
-        regex=read_only(node, "regex", "", "Record topics in whose name it is found."),
-        exclude_names=read_names(node, "exclude_topics", "Topics not to record."),
-        exclude_types=_texts(node, "exclude_topic_types", "Types of topics not to record."),
-        exclude_regex=read_only(node, "exclude_regex", "", "Do not record those in whose name it is found."),
-    )
-
-
-def _texts(node: Node, name: str, description: str) -> tuple[str, ...]:
-    return tuple(text for text in read_only(node, name, [""], description) if text)
 
 
 def matching_qos(publishers: Iterable[TopicEndpointInfo]) -> QoSProfile:

@@ -1,6 +1,5 @@
 """Whether a bag is played as it was recorded: every message, in order, on time."""
 
-import json
 import subprocess
 import time
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from relform_bags.message_types import message_class
+from relform_bags.options import PlayerOptions
 from relform_bags.reader import BagMessage, read_bag
 from relform_core.errors import BagError
 from relform_core.installed import executable
@@ -89,10 +89,9 @@ def check_playback(bag: Path, rate: float) -> PlaybackCheck:
             subscribe_raw(node, message_class(type_name), topic, take, QOS)
         executor = EventsExecutor(context=context)
         executor.add_node(node)
-        parameters = {"bag": str(bag), "rate": float(rate), "wait_s": SUBSCRIBERS_MAX_S, "keyboard": False}
-        command = [executable("relform_bags", "player"), "--ros-args", "--log-level", "warn"]
-        for name, value in parameters.items():
-            command += ["-p", f"{name}:={json.dumps(value)}"]
+        options = PlayerOptions(str(bag), rate=rate, wait_s=SUBSCRIBERS_MAX_S, keyboard=False)
+        player_path = executable("relform_bags", "player")
+        command = [player_path, "--ros-args", "--log-level", "warn", *options.parameter_arguments()]
         with subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as player:
             while player.poll() is None:
                 executor.spin_once(timeout_sec=0.1)

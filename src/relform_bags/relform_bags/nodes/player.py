@@ -7,6 +7,7 @@ from pathlib import Path
 import rclpy
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -14,17 +15,16 @@ from rosgraph_msgs.msg import Clock as ClockMsg
 
 from relform_bags.keyboard import Keyboard, terminal_keyboard
 from relform_bags.message_types import message_class
+from relform_bags.nodes.option_parameters import read_options
+from relform_bags.options import CLOCK, PlayerOptions
 from relform_bags.reader import BagMessage, find_bag, read_bag
-from relform_bags.timeline import PlaybackOptions, Timeline
-from relform_bags.topic_selection import TopicSelection, absolute
+from relform_bags.timeline import Timeline
 from relform_core.errors import BagError, ConfigError
 from relform_ros.fields import stamp_to_msg
-from relform_ros.parameters import read_only
 from relform_ros.run_node import Spinner, run_node
 
 KEY_LATENCY_S = 0.05
 RATE_STEP = 0.1
-CLOCK = "/clock"
 QOS = QoSProfile(
     depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
@@ -48,50 +48,24 @@ class Player:
     def __init__(self, node: Node, spinner: Spinner) -> None:
         self._node = node
         self._spinner = spinner
-        bag = read_only(node, "bag", "", "Bag to play: its file, its folder or the folder of a run.")
-        if not bag:
+        self._options = read_options(node, PlayerOptions)
+        if not self._options.bag:
             raise ConfigError("parameter bag is not set: add --ros-args -p bag:=<bag or folder of a run>")
-        self._options = PlaybackOptions(
-            rate=read_only(node, "rate", 1.0, "Bag time per wall time."),
-            start_offset=read_only(node, "start_offset_s", 0.0, "Bag time to skip at the start [s]."),
-            duration=read_only(node, "duration_s", -1.0, "Bag time to play [s]; negative: to the end."),
-            until_ns=read_only(node, "until_ns", -1, "Bag time to end at, if later [ns]; negative: none."),
-            delay=read_only(node, "delay_s", 0.0, "Wall time to wait before each start [s]."),
-            loop=read_only(node, "loop", False, "Start again at the end."),
-            start_paused=read_only(node, "start_paused", False, "Wait for the space key."),
-        )
-        self._wait_max = read_only(
-            node, "wait_s", 1.0, "Wall time that subscribers of all topics may take to be found [s]."
-        )
-        self._ack_wait = read_only(
-            node, "ack_wait_s", 5.0, "Wall time that the last messages may take to arrive [s]; 0: any."
-        )
-        self._has_keys = read_only(node, "keyboard", True, "Listen to the keys of the terminal.")
-        clock_hz = read_only(
-            node, "clock_hz", 0.0, "Rate of a /clock of the player's own, in place of the recorded one."
-        )
-        self._clock_topics = _names(node, "clock_topics", "Topics each message of which comes with /clock.")
-        self._clock_always = read_only(node, "clock_topics_all", False, "Every message does.")
-        excluded = _names(node, "exclude_topics", "Topics not to play.")
-        selection = TopicSelection(
-            names=_names(node, "topics", "Topics to play; empty: all."),
-            regex=read_only(node, "regex", "", "Play only topics that match it as a whole."),
-            exclude_names=(*excluded, CLOCK) if clock_hz > 0.0 else excluded,
-            exclude_regex=read_only(node, "exclude_regex", "", "Do not play topics that match it."),
-            whole_name=True,
-        )
-        self._start_ns, self._messages = _load(Path(bag), selection, self._options)
+        self._start_ns, self._messages = _load(self._options)
         self._publishers = self._create_publishers()
         self._messages = [message for message in self._messages if message.topic in self._publishers]
         if not self._messages:
-            raise BagError(f"{bag}: no message type of it is installed, or its setup file not sourced")
+            raise BagError(
+                f"{self._options.bag}: no message type of it is installed, or its setup file not sourced"
+            )
         self._timeline = Timeline(self._start_ns, self._options.rate, 0.0, paused=True)  # until run()
         self._last_turn = 0.0
-        self._clock = self._create_clock(clock_hz)
+        self._clock_before = {topic for topic in self._publishers if self._options.has_clock_before(topic)}
+        self._clock = self._create_clock()
 
     def run(self) -> None:
         """Play to the end, or until a signal arrives."""
-        with terminal_keyboard(self._has_keys) as keyboard:
+        with terminal_keyboard(self._options.keyboard) as keyboard:
             self._log(f"Set rate to {self._options.rate:g}")
             if keyboard.is_there:
                 self._log("Adding keyboard callbacks.")
@@ -107,8 +81,8 @@ class Player:
                 self._delay(keyboard)
                 self._timeline.jump(self._start_ns, time.monotonic())
                 self._play(keyboard)
+        limit = Duration(seconds=self._options.ack_wait_s if self._options.ack_wait_s > 0.0 else -1.0)
         for publisher in self._publishers.values():
-            limit = rclpy.duration.Duration(seconds=self._ack_wait if self._ack_wait > 0.0 else -1.0)
             if not publisher.wait_for_all_acked(limit):
                 self._node.get_logger().error(f"the last messages on {publisher.topic_name} did not arrive")
 
@@ -122,8 +96,10 @@ class Player:
                 self._node.get_logger().warning(f"Ignoring a topic '{topic}', reason: {error}.")
         return publishers
 
-    def _create_clock(self, frequency: float) -> Publisher | None:
-        if frequency <= 0.0 and not self._clock_topics and not self._clock_always:
+    def _create_clock(self) -> Publisher | None:
+        """The publisher of the player's own /clock, if it has one."""
+        frequency = self._options.clock_hz
+        if frequency <= 0.0 and not self._clock_before:
             return None
         publisher = self._node.create_publisher(ClockMsg, CLOCK, CLOCK_QOS)
         if frequency > 0.0:
@@ -138,14 +114,14 @@ class Player:
 
     def _await_subscribers(self) -> None:
         """Give those who are there the time to be found, so that they hear the first messages too."""
-        deadline = time.monotonic() + self._wait_max
+        deadline = time.monotonic() + self._options.wait_s
         while time.monotonic() < deadline and not all(
             publisher.get_subscription_count() for publisher in self._publishers.values()
         ):
             self._spinner.once(KEY_LATENCY_S)
 
     def _delay(self, keyboard: Keyboard) -> None:
-        deadline = time.monotonic() + self._options.delay
+        deadline = time.monotonic() + self._options.delay_s
         while (left := deadline - time.monotonic()) > 0.0:
             self._turn(left, keyboard)
 
@@ -153,7 +129,7 @@ class Player:
         """Play all messages once; in a pause that lasts, do not end."""
         for message in self._messages:
             self._wait(message.log_time_ns, keyboard)
-            if self._clock_always or message.topic in self._clock_topics:
+            if message.topic in self._clock_before:
                 self._tick()
             self._publishers[message.topic].publish(message.data)
         while self._timeline.paused:
@@ -197,13 +173,13 @@ class Player:
         self._node.get_logger().info(text)
 
 
-def _load(path: Path, selection: TopicSelection, options: PlaybackOptions) -> tuple[int, list[BagMessage]]:
+def _load(options: PlayerOptions) -> tuple[int, list[BagMessage]]:
     """Bag time of the start, and what to play by log time; what is of one instant in the order of recording.
 
     Raises:
         BagError: one line: there is no such bag, or nothing in it to play.
     """
-    bag = find_bag(path)
+    bag, selection = find_bag(Path(options.bag)), options.selection
     messages = [entry for entry in read_bag(bag) if isinstance(entry, BagMessage)]
     if not messages:
         raise BagError(f"{bag}: there is no message in it")
@@ -225,10 +201,6 @@ def _load(path: Path, selection: TopicSelection, options: PlaybackOptions) -> tu
     return start_ns, selected
 
 
-def _names(node: Node, name: str, description: str) -> Sequence[str]:
-    return [absolute(topic) for topic in read_only(node, name, [""], description) if topic]
-
-
-def main() -> int:
-    """Run the node."""
-    return run_node(lambda: rclpy.create_node("player"), Player)
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the node; its command line is that of the process unless it is given."""
+    return run_node(lambda: rclpy.create_node("player"), Player, arguments=arguments)

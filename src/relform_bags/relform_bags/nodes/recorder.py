@@ -4,14 +4,16 @@ A recorder that the flight does not know (parameter ``observers``) records what 
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import rclpy
 from rclpy.node import Node
 
 from relform_bags.nodes.discovering import DiscoveringRecorder
-from relform_bags.nodes.recording import Recording, read_limits, read_output, read_topics
+from relform_bags.nodes.option_parameters import read_options
+from relform_bags.nodes.recording import Recording
+from relform_bags.options import RecorderOptions
 from relform_bags.writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
 from relform_core.installed import software_versions
 from relform_ros.lockstep import StepTally
@@ -30,9 +32,7 @@ class FlightRecorder:
         self._node = node
         self._spinner = spinner
         self._scenario = read_scenario(node)
-        self._output = read_output(node)
-        self._limits = read_limits(node)
-        self._chosen = read_topics(node)
+        self._options = read_options(node, RecorderOptions)
         self._period_ns = self._scenario.config.period_ns
         self._member = LockstepMember(node, spinner, self._scenario, observers)
 
@@ -47,7 +47,7 @@ class FlightRecorder:
             CONFIG_ATTACHMENT: self._scenario.effective_yaml,
             VERSIONS_ATTACHMENT: json.dumps(software_versions(), indent=2),
         }
-        recording = Recording(self._node, self._spinner, self._output, attachments, self._limits)
+        recording = Recording(self._node, self._spinner, self._options, attachments)
         try:
             self._record(recording)
         finally:
@@ -55,7 +55,8 @@ class FlightRecorder:
 
     def _record(self, recording: Recording) -> None:
         endpoints, announcements = self._member.endpoints, self._member.announcements
-        topics = [topic for topic in endpoints.readable if not self._chosen or topic.name in self._chosen]
+        chosen = self._options.selection
+        topics = [topic for topic in endpoints.readable if chosen.takes(topic.name, _type_name(topic))]
         tally = StepTally([topic.name for topic in topics], self._period_ns)
         for topic in topics:
             endpoints.subscribe_raw(topic.name, _taker(topic, recording, tally))
@@ -105,6 +106,8 @@ def build_recorder(node: Node, spinner: Spinner) -> Runnable:
     return DiscoveringRecorder(node, spinner)
 
 
-def main() -> int:
-    """Run the node."""
-    return run_node(lambda: rclpy.create_node("recorder", enable_rosout=False), build_recorder)
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the node; its command line is that of the process unless it is given."""
+    return run_node(
+        lambda: rclpy.create_node("recorder", enable_rosout=False), build_recorder, arguments=arguments
+    )

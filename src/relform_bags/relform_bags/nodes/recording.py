@@ -10,12 +10,10 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from relform_bags.metadata import OfferedQos, QosDuration
-from relform_bags.split_limits import SplitLimits
-from relform_bags.topic_selection import absolute
+from relform_bags.options import RecorderOptions
 from relform_bags.writer import BagWriter
 from relform_core.errors import BagError, ConfigError
 from relform_core.units import NANOSECONDS_PER_SECOND
-from relform_ros.parameters import read_only
 from relform_ros.run_node import Spinner
 
 FLUSH_EVERY_S = 0.5
@@ -25,56 +23,28 @@ QUIET_S = 0.1
 DRAIN_MAX_S = 1.0
 
 
-def read_output(node: Node) -> Path:
-    """The parameter ``output``.
-
-    Raises:
-        ConfigError: it is not set.
-    """
-    description = "Folder of the bag; must not exist."
-    if not (output := read_only(node, "output", "", description)):
-        raise ConfigError("parameter output is not set: add --ros-args -p output:=<folder of the new bag>")
-    return Path(output)
-
-
-def read_topics(node: Node) -> tuple[str, ...]:
-    """The parameter ``topics``; empty: all."""
-    return read_names(node, "topics", "Topics to record; empty: all.")
-
-
-def read_names(node: Node, name: str, description: str) -> tuple[str, ...]:
-    """A parameter that lists topics."""
-    return tuple(absolute(topic) for topic in read_only(node, name, [""], description) if topic)
-
-
-def read_limits(node: Node) -> SplitLimits:
-    """The parameters ``max_bag_size`` and ``max_bag_duration``.
-
-    Raises:
-        BagError: one is out of its bounds.
-    """
-    size = read_only(node, "max_bag_size", 0, "Size at which to go on in the next file [bytes]; 0: never.")
-    duration_s = read_only(node, "max_bag_duration", 0, "Duration after which to do so [s]; 0: never.")
-    return SplitLimits(size, duration_s)
-
-
 class Recording:
     """Writes what arrives, and sees to it that chunks are finished and the bag is closed well."""
 
     def __init__(
-        self, node: Node, spinner: Spinner, folder: Path, attachments: Mapping[str, str], limits: SplitLimits
+        self, node: Node, spinner: Spinner, options: RecorderOptions, attachments: Mapping[str, str]
     ) -> None:
         """Create the bag.
 
         Raises:
+            ConfigError: the option ``output`` is not set.
             BagError: see ``BagWriter``.
         """
+        if not options.output:
+            raise ConfigError(
+                "parameter output is not set: add --ros-args -p output:=<folder of the new bag>"
+            )
         self.message_count = 0
         self.failure: BagError | None = None
         """Why no more can be written; it must not be raised in a callback."""
         self._node = node
         self._spinner = spinner
-        self._writer = BagWriter(folder, attachments, limits)
+        self._writer = BagWriter(Path(options.output), attachments, options.limits)
         self._topics: set[str] = set()
         node.create_timer(FLUSH_EVERY_S, self._flush, clock=Clock(clock_type=ClockType.STEADY_TIME))
 

@@ -1,122 +1,137 @@
-"""The arguments of ``ros2 bag``: those of ros2bag in Jazzy that have a meaning here."""
+"""The arguments of ``ros2 bag``: those of ros2bag in Jazzy that have a meaning here.
 
+Most of them set an option of the node: its name is their destination, its default is theirs.
+"""
+
+import math
 from argparse import ArgumentParser, ArgumentTypeError
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any, Protocol
 
+from relform_bags.options import DESCRIPTION, Options, PlayerOptions, TopicRecorderOptions
 from relform_cli.argument_types import non_negative_int, positive_float
+from relform_core.units import NANOSECONDS_PER_SECOND
 
 DEFAULT_CLOCK_HZ = 40.0
 STORAGES = ["mcap"]
 
 
+class _ArgumentTarget(Protocol):
+    """A parser or a group of its arguments."""
+
+    def add_argument(self, *flags: str, **details: Any) -> object: ...
+
+
 def add_info_arguments(parser: ArgumentParser) -> None:
     _add_bag_arguments(parser)
-    parser.add_argument("-t", "--topic-name", action="store_true", help="only the names of the topics")
-    parser.add_argument("-v", "--verbose", action="store_true", help="accepted; there is no more to say")
+    parser.add_argument("-t", "--topic-name", action="store_true", help="Print only the names of the topics.")
+    parser.add_argument("-v", "--verbose", action="store_true", help="Accepted; changes nothing.")
 
 
 def add_play_arguments(parser: ArgumentParser) -> None:
+    option = partial(_add_option, PlayerOptions)
     _add_bag_arguments(parser)
-    parser.add_argument("-r", "--rate", type=positive_float, default=1.0, help="bag time per wall time")
-    parser.add_argument("-l", "--loop", action="store_true", help="start again at the end")
-    parser.add_argument("-p", "--start-paused", action="store_true", help="wait for the space key")
-    parser.add_argument(
-        "-d", "--delay", type=positive_float, default=0.0, metavar="S", help="before each start"
-    )
-    parser.add_argument("--start-offset", type=_not_negative, default=0.0, metavar="S", help="skip so much")
-    parser.add_argument("--playback-duration", type=float, default=-1.0, metavar="S", help="play so much")
+    option(parser, "rate", "-r", "--rate", type=positive_float)
+    option(parser, "loop", "-l", "--loop", action="store_true")
+    option(parser, "start_paused", "-p", "--start-paused", action="store_true")
+    option(parser, "delay_s", "-d", "--delay", type=positive_float, metavar="S")
+    option(parser, "start_offset_s", "--start-offset", type=_not_negative, metavar="S")
+    option(parser, "duration_s", "--playback-duration", type=float, metavar="S")
     until = parser.add_mutually_exclusive_group()
-    until.add_argument("--playback-until-sec", type=float, default=-1.0, metavar="S", help="time to end at")
-    until.add_argument("--playback-until-nsec", type=int, default=-1, metavar="NS", help="time to end at")
-    topics = parser.add_argument_group("topics")
-    topics.add_argument("--topics", nargs="+", default=[], metavar="TOPIC", help="play only these")
-    topics.add_argument("-e", "--regex", default="", help="play only those whose whole name matches")
-    topics.add_argument(
-        "-x", "--exclude-regex", default="", help="do not play those whose whole name matches"
+    option(until, "until_ns", "--playback-until-nsec", type=int, metavar="NS")
+    option(
+        until, "until_ns", "--playback-until-sec", type=_seconds, metavar="S", help="The same in seconds [s]."
     )
-    topics.add_argument("--exclude-topics", nargs="+", default=[], metavar="TOPIC", help="do not play these")
+    topics = parser.add_argument_group("topics")
+    option(topics, "topics", "--topics", nargs="+", metavar="TOPIC")
+    option(topics, "regex", "-e", "--regex")
+    option(topics, "exclude_regex", "-x", "--exclude-regex")
+    option(topics, "exclude_topics", "--exclude-topics", nargs="+", metavar="TOPIC")
     topics.add_argument(
-        "-m", "--remap", nargs="+", default=[], metavar="OLD:=NEW", help="play a topic under another name"
+        "-m", "--remap", nargs="+", default=[], metavar="OLD:=NEW", help="Play a topic under another name."
     )
     clock = parser.add_mutually_exclusive_group()
-    clock.add_argument(
+    option(
+        clock,
+        "clock_hz",
         "--clock",
         type=positive_float,
         nargs="?",
         const=DEFAULT_CLOCK_HZ,
-        default=0.0,
         metavar="HZ",
-        help=f"publish /clock at this rate ({DEFAULT_CLOCK_HZ:g}) in place of the recorded one",
+        help=f"Publish /clock at this rate ({DEFAULT_CLOCK_HZ:g}), in place of the recorded one.",
     )
-    clock.add_argument(
-        "--clock-topics", nargs="+", default=[], metavar="TOPIC", help="/clock before each of these"
+    option(clock, "clock_topics", "--clock-topics", nargs="+", metavar="TOPIC")
+    option(clock, "clock_topics_all", "--clock-topics-all", action="store_true")
+    option(
+        parser,
+        "ack_wait_s",
+        "--wait-for-all-acked",
+        type=_milliseconds,
+        metavar="MS",
+        help="Wall time to wait until the last messages arrive [ms]; 0: no limit.",
     )
-    clock.add_argument("--clock-topics-all", action="store_true", help="/clock before every message")
-    parser.add_argument(
-        "--wait-for-all-acked", type=non_negative_int, metavar="MS", help="for the last messages; 0: for ever"
-    )
-    parser.add_argument("--read-ahead-queue-size", type=int, help="accepted; the whole bag is read ahead")
-    parser.add_argument("--disable-loan-message", action="store_true", help="accepted; none is on loan")
-    _add_node_arguments(parser)
+    parser.add_argument("--read-ahead-queue-size", type=int, help="Accepted; the whole bag is read ahead.")
+    parser.add_argument("--disable-loan-message", action="store_true", help="Accepted; messages are copied.")
+    _add_node_arguments(parser, option)
 
 
 def add_record_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", type=Path, help="folder of the new bag (default: rosbag2_<time>)")
-    parser.add_argument("-s", "--storage", choices=STORAGES, default="mcap", help="format of the bag")
-    topics = parser.add_argument_group("topics, of which something must be said")
+    option = partial(_add_option, TopicRecorderOptions)
+    option(parser, "output", "-o", "--output", help="Folder of the new bag (default: rosbag2_<time>).")
+    parser.add_argument("-s", "--storage", choices=STORAGES, default="mcap", help="Format of the bag.")
+    topics = parser.add_argument_group("topics, at least one of these")
     names = topics.add_mutually_exclusive_group()
-    names.add_argument(
-        "topics_positional", nargs="*", default=[], metavar="TOPIC", help="the same as --topics"
-    )
-    names.add_argument("--topics", nargs="+", default=[], metavar="TOPIC", help="record these")
-    topics.add_argument("-a", "--all", "--all-topics", action="store_true", help="record all")
-    topics.add_argument("-e", "--regex", default="", help="record those in whose name it is found")
-    topics.add_argument(
-        "--topic-types", nargs="+", default=[], metavar="TYPE", help="record those of these types"
-    )
-    topics.add_argument("--exclude-regex", default="", help="do not record those in whose name it is found")
-    topics.add_argument(
-        "--exclude-topics", nargs="+", default=[], metavar="TOPIC", help="do not record these"
-    )
-    topics.add_argument(
-        "--exclude-topic-types", nargs="+", default=[], metavar="TYPE", help="nor those of these"
-    )
-    topics.add_argument("--include-hidden-topics", action="store_true", help="record hidden topics, too")
+    names.add_argument("topics_positional", nargs="*", default=[], metavar="TOPIC", help="As --topics.")
+    option(names, "topics", "--topics", nargs="+", metavar="TOPIC", help="Topics to record.")
+    topics.add_argument("-a", "--all", "--all-topics", action="store_true", help="Record all topics.")
+    option(topics, "regex", "-e", "--regex")
+    option(topics, "topic_types", "--topic-types", nargs="+", metavar="TYPE")
+    option(topics, "exclude_regex", "--exclude-regex")
+    option(topics, "exclude_topics", "--exclude-topics", nargs="+", metavar="TOPIC")
+    option(topics, "exclude_topic_types", "--exclude-topic-types", nargs="+", metavar="TYPE")
+    option(topics, "include_hidden_topics", "--include-hidden-topics", action="store_true")
+    option(parser, "max_bag_size", "-b", "--max-bag-size", type=int, metavar="BYTES")
+    option(parser, "max_bag_duration", "-d", "--max-bag-duration", type=int, metavar="S")
+    parser.add_argument("--use-sim-time", action="store_true", help="Log the time of /clock.")
+    option(parser, "start_paused", "--start-paused", action="store_true")
+    parser.add_argument("--node-name", default="rosbag2_recorder", help="Name of the node (%(default)s).")
     parser.add_argument(
-        "-b",
-        "--max-bag-size",
-        type=int,
-        default=0,
-        metavar="BYTES",
-        help="go on in the next file at this size",
+        "-p", "--polling-interval", type=int, help="Accepted; new topics are looked for every 0.1 s."
     )
-    parser.add_argument(
-        "-d",
-        "--max-bag-duration",
-        type=int,
-        default=0,
-        metavar="S",
-        help="go on in the next file after so long",
-    )
-    parser.add_argument("--use-sim-time", action="store_true", help="log the time of /clock")
-    parser.add_argument("--start-paused", action="store_true", help="wait for the space key")
-    parser.add_argument("--node-name", default="rosbag2_recorder", help="default: %(default)s")
-    parser.add_argument(
-        "-p", "--polling-interval", type=int, help="accepted; topics are looked for every 0.1 s"
-    )
-    parser.add_argument("--max-cache-size", type=int, help="accepted; messages are on disk within 0.5 s")
-    _add_node_arguments(parser)
+    parser.add_argument("--max-cache-size", type=int, help="Accepted; messages are on disk within 0.5 s.")
+    _add_node_arguments(parser, option)
+
+
+ACK_WAIT_HELP = "Wait this long until the last messages arrive [ms]; 0: no limit."
+
+
+def _add_option(
+    kind: type[Options], target: _ArgumentTarget, option: str, *flags: str, **details: Any
+) -> None:
+    """Add the argument of an option, with its default and description unless the details have others."""
+    field = kind.__dataclass_fields__[option]
+    details = {"default": field.default, "help": field.metadata[DESCRIPTION], **details}
+    target.add_argument(*flags, dest=option, **details)
 
 
 def _add_bag_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("bag_path", type=_existing, help="bag: its folder, a file, or the folder of a run")
-    parser.add_argument("-s", "--storage", choices=STORAGES, help="format of the bag")
+    parser.add_argument("bag_path", type=_existing, help="Bag: its folder, a file, or the folder of a run.")
+    parser.add_argument("-s", "--storage", choices=STORAGES, help="Format of the bag.")
 
 
-def _add_node_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("--disable-keyboard-controls", action="store_true", help="do not listen to keys")
+def _add_node_arguments(parser: ArgumentParser, option: Callable[..., None]) -> None:
+    option(
+        parser,
+        "keyboard",
+        "--disable-keyboard-controls",
+        action="store_false",
+        help="Do not listen to the keys of the terminal.",
+    )
     levels = ["debug", "info", "warn", "error", "fatal"]
-    parser.add_argument("--log-level", choices=levels, default="info", help="what to print (default: info)")
+    parser.add_argument("--log-level", choices=levels, default="info", help="What to print (%(default)s).")
 
 
 def _existing(text: str) -> Path:
@@ -131,3 +146,16 @@ def _not_negative(text: str) -> float:
     if not value >= 0.0:
         raise ArgumentTypeError(f"Value {text} is less than zero.")
     return value
+
+
+def _seconds(text: str) -> int:
+    """A time in seconds, as nanoseconds."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise ArgumentTypeError(f"{text} must be finite")
+    return round(value * NANOSECONDS_PER_SECOND)
+
+
+def _milliseconds(text: str) -> float:
+    """A duration in milliseconds, as seconds."""
+    return non_negative_int(text) / 1000.0
