@@ -12,8 +12,9 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
 from relform_analysis.flight.from_bag import read_flight_log
-from relform_bags.writer import CONFIG_ATTACHMENT, BagWriter
+from relform_bags.writer import BagWriter
 from relform_core.errors import BagError
+from relform_core.names import CONFIG_ATTACHMENT
 from relform_msgs.msg import FormationReference, RelativePosition
 from support.scenarios import paper_scenario
 

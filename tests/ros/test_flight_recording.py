@@ -13,7 +13,8 @@ from relform_analysis.flight.from_bag import read_flight_log
 from relform_analysis.flight.simulate import fly_in_process
 from relform_bags.reader import BagMessage, read_bag
 from relform_core.load import LoadedScenario
-from relform_ros.topics import RECORDER_NODE, topic_table
+from relform_core.names import RECORDER_NODE
+from relform_ros.topics import topic_table
 from support.processes import without_middleware
 from support.scenarios import paper_scenario
 

@@ -16,11 +16,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
 from relform_analysis.flight.simulate import fly_in_process
-from relform_msgs.msg import FormationEvent, FormationReference, RelativePosition, RotorSpeeds, StepDone
-from relform_msgs.srv import SetFormation
-from relform_ros.fields import stamp_from_msg, stamp_to_msg
-from relform_ros.qos import LATCHED, LOCKSTEP
-from relform_ros.topics import (
+from relform_core.names import (
     CONTROLLER_NODE,
     DIAGNOSTICS,
     EVENTS,
@@ -28,6 +24,10 @@ from relform_ros.topics import (
     step_done_topic,
     vehicle_node,
 )
+from relform_msgs.msg import FormationEvent, FormationReference, RelativePosition, RotorSpeeds, StepDone
+from relform_msgs.srv import SetFormation
+from relform_ros.fields import stamp_from_msg, stamp_to_msg
+from relform_ros.qos import LATCHED, LOCKSTEP
 from support.nodes import Nodes, short
 from support.observer import Observer
 from support.scenarios import paper_scenario

@@ -25,10 +25,10 @@ from rosgraph_msgs.msg import Clock
 from relform_analysis.replay.from_bag import read_recorded_flight
 from relform_analysis.replay.replay import replay
 from relform_bags.reader import BagMessage, find_bag, read_bag
+from relform_core.names import CONTROLLER_NODE, EVENTS, RECORDER_NODE, REFERENCE, vehicle_node
 from relform_msgs.msg import FormationEvent, FormationReference, FormationState, StepDone
 from relform_ros.events import parameters_from_msg
 from relform_ros.qos import LATCHED
-from relform_ros.topics import CONTROLLER_NODE, EVENTS, RECORDER_NODE, REFERENCE, vehicle_node
 from support.nodes import HOVER, Nodes, short
 from support.observer import Observer
 from support.scenarios import paper_scenario

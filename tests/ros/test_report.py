@@ -12,7 +12,8 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
 from relform_analysis.report.command import main
-from relform_bags.writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT, BagWriter
+from relform_bags.writer import BagWriter
+from relform_core.names import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
 from relform_msgs.msg import FormationReference, RelativePosition
 from support.pages import Page, unpack
 from support.scenarios import paper_scenario

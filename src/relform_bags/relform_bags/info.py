@@ -13,6 +13,7 @@ from relform_bags.metadata import METADATA_FILE
 from relform_bags.reader import bag_files
 from relform_bags.scan import information_of, scan_bag
 from relform_core.errors import BagError
+from relform_core.run_folder import RunFolder
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 HEADING_WIDTH = 19
@@ -52,7 +53,7 @@ def read_information(path: Path) -> BagInformation:
     Raises:
         BagError: there is no bag, or it cannot be read.
     """
-    for folder in (path, path / "bag"):
+    for folder in (path, RunFolder(path).bag):
         if (folder / METADATA_FILE).is_file():
             size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
             return BagInformation(_read_metadata(folder / METADATA_FILE), size, is_closed=True)

@@ -8,6 +8,7 @@ from textwrap import indent
 
 from ruamel.yaml import YAML
 
+from relform_core.atomic_file import written_atomically
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 METADATA_FILE = "metadata.yaml"
@@ -109,11 +110,14 @@ def bag_information(topics: Sequence[RecordedTopic], files: Sequence[FileContent
 
 
 def write_metadata_yaml(folder: Path, information_yaml: str) -> None:
-    """Write metadata.yaml at once: it is never there in part."""
-    draft = folder / f".{METADATA_FILE}"
+    """Write metadata.yaml atomically.
+
+    Raises:
+        OSError: it cannot be written.
+    """
     text = "rosbag2_bagfile_information:\n" + indent(information_yaml, "  ")
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(folder / METADATA_FILE)
+    with written_atomically(folder / METADATA_FILE) as stream:
+        stream.write(text.encode())
 
 
 def to_yaml(tree: object) -> str:

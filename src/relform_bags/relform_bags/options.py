@@ -13,9 +13,9 @@ from typing import Self, TypeVar
 from relform_bags.split_limits import SplitLimits
 from relform_bags.topic_selection import TopicSelection, absolute
 from relform_core.errors import BagError
+from relform_core.names import CLOCK
 from relform_core.units import NANOSECONDS_PER_SECOND
 
-CLOCK = "/clock"
 DESCRIPTION = "description"
 """Key in the metadata of a field."""
 

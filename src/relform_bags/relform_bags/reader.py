@@ -10,6 +10,7 @@ from mcap.records import Attachment, Channel, Chunk, Message, Schema
 
 from relform_bags.records import MAGIC, TORN, chunk_records, raw_records
 from relform_core.errors import BagError
+from relform_core.run_folder import RunFolder
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ def bag_files(path: Path) -> tuple[Path, ...]:
         return (path,)
     if not path.exists():
         raise BagError(f"{path}: no such file or folder")
-    for folder in (path, path / "bag"):
+    for folder in (path, RunFolder(path).bag):
         if files := list(folder.glob("*.mcap")):
             begun = [file for file in files if file.stat().st_size >= len(MAGIC)]
             return _in_order(folder, begun or files)  # its recorder may have been killed just before

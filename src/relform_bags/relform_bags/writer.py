@@ -24,10 +24,6 @@ from relform_bags.recover import RESERVE_FILE, recover_bag
 from relform_bags.split_limits import SplitLimits
 from relform_core.errors import BagError
 
-CONFIG_ATTACHMENT = "config.yaml"
-"""The effective configuration of a flight, seed included."""
-VERSIONS_ATTACHMENT = "versions.json"
-"""The software that flew and recorded it."""
 CHUNK_BYTES = 256 * 1024
 RESERVE_BYTES = 256 * 1024
 """Kept free beside the bag, so that a full disk leaves room for the index."""

@@ -9,10 +9,11 @@ from pathlib import Path
 from rich.console import Console
 
 from relform_analysis.flight.summary import Outcome
-from relform_bringup.create_folder import RunFolder, create_run_folder
+from relform_bringup.create_folder import create_run_folder
 from relform_bringup.flight import Flight, FlownFlight, interruption_noted
 from relform_core.errors import RelformError
 from relform_core.load import load_scenario
+from relform_core.run_folder import RunFolder
 
 EXIT_BAD_INPUT = 2
 EXIT_CODES = {Outcome.COMPLETED: 0, Outcome.FAILED: 1, Outcome.FAULT: 3, Outcome.INTERRUPTED: 130}

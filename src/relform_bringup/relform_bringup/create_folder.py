@@ -6,28 +6,10 @@ from datetime import datetime
 from errno import EEXIST
 from pathlib import Path
 
+from relform_core.atomic_file import link_atomically
 from relform_core.errors import FlightError
 from relform_core.load import LoadedScenario
-
-RUNS = Path("runs")
-CONFIG_FILE = "config.yaml"
-
-
-class RunFolder:
-    """What one run leaves behind."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.config = path / CONFIG_FILE
-        self.bag = path / "bag"
-        self.log = path / "log"
-        self.summary = path / "summary.json"
-        self.figure = path / "flight.png"
-        self.report = path / "report.html"
-
-    def present(self) -> list[str]:
-        """Names of what is in it; folders end in a slash."""
-        return sorted(f"{entry.name}/" if entry.is_dir() else entry.name for entry in self.path.iterdir())
+from relform_core.run_folder import LATEST, RUNS, RunFolder
 
 
 def create_run_folder(scenario: LoadedScenario, out: Path | None, now: datetime) -> RunFolder:
@@ -43,7 +25,7 @@ def create_run_folder(scenario: LoadedScenario, out: Path | None, now: datetime)
     try:
         if out is None:
             out = _make_new_folder(name)
-            _point_latest_to(out)
+            link_atomically(RUNS / LATEST, out.name)
         else:
             out.mkdir(parents=True)
         folder = RunFolder(out.absolute())
@@ -64,11 +46,3 @@ def _make_new_folder(name: str) -> Path:
             path.mkdir()
             return path
     raise FileExistsError(EEXIST, os.strerror(EEXIST), RUNS / name)
-
-
-def _point_latest_to(run: Path) -> None:
-    draft = run.parent / f".latest-{os.getpid()}"
-    with suppress(FileNotFoundError):
-        draft.unlink()  # of a process with this id that was killed
-    draft.symlink_to(run.name)
-    os.replace(draft, run.parent / "latest")

@@ -16,18 +16,18 @@ from rich.console import Console
 from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_bags.recover import recover_bag
-from relform_bringup.create_folder import RunFolder
 from relform_bringup.display import FlightDisplay
 from relform_bringup.supervisor import Child, Supervisor
 from relform_core.errors import BagError, FlightError
 from relform_core.installed import executable
 from relform_core.load import LoadedScenario
+from relform_core.names import CLOCK_NODE, CONTROLLER_NODE, MONITOR_NODE, RECORDER_NODE, vehicle_node
 from relform_core.ros_domain import claimed_domain
+from relform_core.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from relform_bringup.nodes.monitor import Monitor
 
-CLOCK, CONTROLLER, RECORDER, MONITOR = "/sim/clock", "/formation/controller", "/recorder", "/monitor"
 WATCH_S = 0.02
 """How often the processes are looked after."""
 CLOCK_VERDICTS = (2, 3)
@@ -87,7 +87,7 @@ class Flight:
         self._scenario = scenario
         self._folder = folder
         self._interruption = interruption
-        self._observers = [RECORDER, MONITOR] if record else [MONITOR]
+        self._observers = [RECORDER_NODE, MONITOR_NODE] if record else [MONITOR_NODE]
         self._supervisor = Supervisor(folder.log)
         self._recorder: Child | None = None
         self._monitor: Monitor | None = None
@@ -125,14 +125,14 @@ class Flight:
         )
         for vehicle in self._scenario.config.team.vehicles:
             arguments = ["-r", f"__ns:=/{vehicle}"]
-            self._start_node(f"/{vehicle}/quadrotor", "relform_sim", "quadrotor", *arguments)
-        self._start_node(CONTROLLER, "relform_controller", "controller")
-        self._start_node(CLOCK, "relform_sim", "clock")
-        if RECORDER in self._observers:
+            self._start_node(vehicle_node(vehicle), "relform_sim", "quadrotor", *arguments)
+        self._start_node(CONTROLLER_NODE, "relform_controller", "controller")
+        self._start_node(CLOCK_NODE, "relform_sim", "clock")
+        if RECORDER_NODE in self._observers:
             output = f"output:={json.dumps(str(self._folder.bag))}"
             # If this process is killed, the kernel ends the recorder too, but lets it close the bag.
             self._recorder = self._start_node(
-                RECORDER, "relform_bags", "recorder", "-p", output, dies_by="INT"
+                RECORDER_NODE, "relform_bags", "recorder", "-p", output, dies_by="INT"
             )
 
     def _start_node(
@@ -174,8 +174,8 @@ class Flight:
                 raise FlightError(self._loss(child))
 
     def _loss(self, child: Child) -> str:
-        if child.name == CLOCK and child.exit_code() in CLOCK_VERDICTS:
-            return child.last_words().removeprefix(f"{CLOCK}: ")
+        if child.name == CLOCK_NODE and child.exit_code() in CLOCK_VERDICTS:
+            return child.last_words().removeprefix(f"{CLOCK_NODE}: ")
         step = -1 if self._monitor is None else self._monitor.step
         if step < 0:
             return f"{child.epitaph()} before the first step"

@@ -12,9 +12,10 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from relform_core.names import CLOCK
 from relform_ros.raw import subscribe_raw
 from relform_ros.rejection import RejectionError, Rejections
-from relform_ros.topics import CLOCK, Topic
+from relform_ros.topics import Topic
 
 
 class Endpoints:

@@ -12,6 +12,7 @@ from rosgraph_msgs.msg import Clock
 
 from relform_core.errors import ConfigError, FlightError
 from relform_core.load import LoadedScenario
+from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, step_done_topic
 from relform_msgs.msg import StepDone
 from relform_ros.conversions import done_from_msg, done_to_msg
 from relform_ros.diagnostics import diagnostics_to_msg, is_due
@@ -20,7 +21,7 @@ from relform_ros.fields import stamp_from_msg
 from relform_ros.lockstep import JOINED, READY, Announcements, Done, step_at
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
-from relform_ros.topics import CLOCK, CLOCK_NODE, DIAGNOSTICS, members, step_done_topic, topic_table
+from relform_ros.topics import members, topic_table
 
 DISCOVERY_POLL_S = 0.01
 """Nothing wakes a node when its picture of the graph changes, so during discovery it looks this often."""

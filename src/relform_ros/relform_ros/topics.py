@@ -9,6 +9,22 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 
+from relform_core.names import (
+    CLOCK,
+    CLOCK_NODE,
+    CONTROLLER_NODE,
+    DIAGNOSTICS,
+    EVENTS,
+    GROUND_TRUTH,
+    MONITOR_NODE,
+    REFERENCE,
+    ROTOR_SPEEDS,
+    SOLVER,
+    STATE,
+    step_done_topic,
+    vehicle_node,
+    vehicle_topic,
+)
 from relform_core.scenario_config import TeamConfig
 from relform_msgs.msg import (
     FormationEvent,
@@ -21,18 +37,6 @@ from relform_msgs.msg import (
 from relform_ros.qos import LATCHED, LOCKSTEP
 from relform_ros.sensors import SENSORS, sensors_of
 
-CLOCK = "/clock"
-EVENTS = "/formation/events"
-STATE = "/formation/state"
-SOLVER = "/formation/solver"
-REFERENCE = "/formation/reference"
-DIAGNOSTICS = "/diagnostics"
-
-CLOCK_NODE = "/sim/clock"
-CONTROLLER_NODE = "/formation/controller"
-RECORDER_NODE = "/recorder"
-MONITOR_NODE = "/monitor"
-
 
 @dataclass(frozen=True)
 class Topic:
@@ -43,21 +47,6 @@ class Topic:
     writers: tuple[str, ...]
     readers: tuple[str, ...]
     qos: QoSProfile = field(default_factory=lambda: LOCKSTEP)
-
-
-def vehicle_node(vehicle: str) -> str:
-    """Fully qualified name of the node that is a vehicle."""
-    return f"/{vehicle}/quadrotor"
-
-
-def vehicle_topic(vehicle: str, name: str) -> str:
-    """Fully qualified name of a topic of a vehicle."""
-    return f"/{vehicle}/{name}"
-
-
-def step_done_topic(node: str) -> str:
-    """Topic on which a member says that it has finished a step."""
-    return f"{node}/step_done"
 
 
 def members(team: TeamConfig, observers: Sequence[str]) -> tuple[str, ...]:
@@ -112,11 +101,7 @@ def topic_table(team: TeamConfig, observers: Sequence[str]) -> dict[str, Topic]:
                 )
                 for sensor in sensors_of(vehicle, team)
             ),
-            Topic(vehicle_topic(vehicle, "ground_truth"), Odometry, (node,), (*others, *observers)),
-            Topic(vehicle_topic(vehicle, "rotor_speeds"), RotorSpeeds, controller, (node, *observers)),
+            Topic(vehicle_topic(vehicle, GROUND_TRUTH), Odometry, (node,), (*others, *observers)),
+            Topic(vehicle_topic(vehicle, ROTOR_SPEEDS), RotorSpeeds, controller, (node, *observers)),
         ]
     return {topic.name: topic for topic in topics}
-
-
-def _step_done(node: str, readers: tuple[str, ...]) -> Topic:
-    return Topic(step_done_topic(node), StepDone, (node,), (CLOCK_NODE, *readers), LATCHED)

@@ -14,7 +14,7 @@ from relform_analysis.flight.log import FlightLogBuilder
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.summary import Ending, Outcome, build_summary, write_summary
 from relform_analysis.report.console import print_table
-from relform_core.errors import FlightError
+from relform_core.errors import RelformError
 from support.logs import perfect_builder
 from support.scenarios import paper_scenario
 
@@ -95,7 +95,7 @@ def test_file_is_strict_json_with_finite_numbers(tmp_path: Path, summary: dict[s
 def test_unwritable_file_is_one_line(tmp_path: Path, summary: dict[str, Any]) -> None:
     (tmp_path / "file").touch()
     path = tmp_path / "file/summary.json"
-    with pytest.raises(FlightError, match=f"^{re.escape(str(path))}: cannot be written: Not a directory$"):
+    with pytest.raises(RelformError, match=f"^{re.escape(str(path))}: cannot be written: Not a directory$"):
         write_summary(path, summary)
 
 

@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import json
+import os
 import re
 import time
 from collections.abc import Callable, Sequence
@@ -252,7 +253,7 @@ def test_table_and_statistics_hold_every_run(tmp_path: Path, flown: list[str]) -
 def test_a_table_is_never_there_in_part(tmp_path: Path) -> None:
     table = tmp_path / TABLE
     table.write_text("of the sweep before")
-    (tmp_path / f".{TABLE}").mkdir()
+    (tmp_path / f".{TABLE}-{os.getpid()}").mkdir()
     with pytest.raises(RelformError, match=r"runs\.csv: cannot be written: Is a directory"):
         write_table(table, [{"variant": "base", "seed": 1}])
     assert table.read_text() == "of the sweep before"
@@ -294,7 +295,7 @@ def test_folders_that_cannot_be(tmp_path: Path) -> None:
 
 def test_a_result_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     folder, (run,) = SweepFolder(tmp_path), short_runs(1)
-    (tmp_path / "runs" / f".{run.name}.json").mkdir(parents=True)
+    (tmp_path / "runs" / f".{run.name}.json-{os.getpid()}").mkdir(parents=True)
     with pytest.raises(RelformError, match=r"base-s1\.json: cannot be written: Is a directory"):
         folder.store(run, {"variant": "base"})
     (tmp_path / TABLE).mkdir()

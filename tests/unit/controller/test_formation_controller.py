@@ -10,10 +10,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from relform_controller.formation_controller import FormationController
-from relform_controller.solver.algorithm import ModifiedRti, SolverState
+from relform_controller.solver.algorithm import ModifiedRti
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
 from relform_core.measurements import TeamMeasurements
+from relform_core.names import SolverState
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW

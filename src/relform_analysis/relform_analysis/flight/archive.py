@@ -1,6 +1,5 @@
 """A flight log as a small file: the arrays in single precision, compressed."""
 
-import os
 import zipfile
 from dataclasses import fields
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from relform_analysis.flight.log import Fault, FlightLog
+from relform_core.atomic_file import written_atomically
 from relform_core.errors import RelformError
 from relform_core.load import LoadedScenario
 
@@ -19,7 +19,7 @@ _OTHERS = {"scenario", "phase", "solver", "faults"}
 
 
 def write_log(path: Path, log: FlightLog) -> None:
-    """Write a log at once: it is never there in part.
+    """Write a log atomically.
 
     Raises:
         RelformError: it cannot be written.
@@ -30,11 +30,9 @@ def write_log(path: Path, log: FlightLog) -> None:
     arrays |= {f"{_SOLVER}{name}": _compact(values) for name, values in log.solver.items()}
     faults = [(str(fault.stamp_ns), fault.source, fault.description) for fault in log.faults]
     arrays |= {"phase": np.array(log.phase, dtype=np.str_), "faults": np.array(faults, dtype=np.str_)}
-    draft = path.with_name(f".{path.name}")
     try:
-        with draft.open("wb") as stream:
+        with written_atomically(path) as stream:
             np.savez_compressed(stream, **arrays)
-        os.replace(draft, path)
     except OSError as error:
         raise RelformError(f"{path}: cannot be written: {error.strerror}") from None
 

@@ -9,9 +9,9 @@ from rclpy.serialization import deserialize_message
 from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_bags.message_types import message_class
 from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
-from relform_bags.writer import CONFIG_ATTACHMENT
 from relform_core.errors import BagError, ConfigError
 from relform_core.load import LoadedScenario, load_scenario
+from relform_core.names import CONFIG_ATTACHMENT
 
 
 def read_flight_log(path: Path) -> FlightLog:

@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from relform_core import names
 from relform_core.arrays import Array
 from relform_core.errors import BagError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry
+from relform_core.names import EventKind
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:  # the controller brings CasADi along, which only the flight itself needs
@@ -36,10 +38,10 @@ SOLVER_FIELDS = (
     "feedback_time",
 )
 """Numbers of relform_msgs/SolverStatus that are logged beside its status; times in seconds."""
-LOGGED_TOPICS = ("ground_truth", "rotor_speeds", "reference", "state", "solver", "events")
-"""Last names of the topics that a log is made of."""
-FAULT_EVENT = 2
-"""relform_msgs/FormationEvent.FAULT"""
+VEHICLE_TOPICS = (names.GROUND_TRUTH, names.ROTOR_SPEEDS)
+"""Topics of each vehicle that a log is made of."""
+TEAM_TOPICS = (names.REFERENCE, names.STATE, names.SOLVER, names.EVENTS)
+"""Topics of the team that a log is made of."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +159,7 @@ class FlightLogBuilder:
     @staticmethod
     def needs(topic: str) -> bool:
         """Whether messages of this topic can be part of a log."""
-        return topic.rpartition("/")[2] in LOGGED_TOPICS
+        return topic in TEAM_TOPICS or topic.rpartition("/")[2] in VEHICLE_TOPICS
 
     def add(self, topic: str, message: Any) -> None:
         """Take a ROS message of any topic of the flight; what the log does not need is ignored.
@@ -176,12 +178,12 @@ class FlightLogBuilder:
         """Why the log has no control step, in words; None: it has."""
         for vehicle, states in self._ground_truth.items():
             if not states:
-                return f"there is no message on /{vehicle}/ground_truth"
+                return f"there is no message on {names.vehicle_topic(vehicle, names.GROUND_TRUTH)}"
         steps = {stamp_ns for stamp_ns, step in self._steps.items() if step.phase is not None}
         if not steps:
-            return "there is no message on /formation/reference"
+            return f"there is no message on {names.REFERENCE}"
         if not steps.intersection(*self._ground_truth.values()):
-            return "/formation/reference and the ground truth have no instant in common"
+            return f"{names.REFERENCE} and the ground truth have no instant in common"
         return None
 
     def build(self) -> FlightLog:
@@ -226,12 +228,8 @@ class FlightLogBuilder:
         )
 
     def _add(self, topic: str, message: Any) -> None:
-        match topic.split("/"):
-            case [_, vehicle, "ground_truth"] if vehicle in self._index:
-                self.add_ground_truth(vehicle, _odometry(message))
-            case [_, vehicle, "rotor_speeds"] if vehicle in self._index:
-                self._step(_stamp_ns(message)).rotor_speeds[self._index[vehicle]] = message.speeds
-            case [_, "formation", "reference"]:
+        match topic:
+            case names.REFERENCE:
                 self._add_reference(
                     _stamp_ns(message),
                     message.phase,
@@ -242,7 +240,7 @@ class FlightLogBuilder:
                 for pair in message.formation:
                     observer, target = self._index[pair.observer_id], self._index[pair.target_id]
                     self._step(_stamp_ns(message)).p_BB_C__ref[observer, target] = _xyz(pair.position)
-            case [_, "formation", "state"]:
+            case names.STATE:
                 for pair in message.pairs:
                     self._add_pair(
                         _stamp_ns(message),
@@ -251,10 +249,19 @@ class FlightLogBuilder:
                         pair.yaw,
                         pair.yaw_variance,
                     )
-            case [_, "formation", "solver"]:
+            case names.SOLVER:
                 self._add_solver(_stamp_ns(message), message.status, message)
-            case [_, "formation", "events"] if message.kind == FAULT_EVENT:
+            case names.EVENTS if message.kind == EventKind.FAULT:
                 self.add_fault(_stamp_ns(message), message.source, message.description)
+            case _:
+                self._add_of_vehicle(topic, message)
+
+    def _add_of_vehicle(self, topic: str, message: Any) -> None:
+        match topic.split("/"):
+            case [_, vehicle, names.GROUND_TRUTH] if vehicle in self._index:
+                self.add_ground_truth(vehicle, _odometry(message))
+            case [_, vehicle, names.ROTOR_SPEEDS] if vehicle in self._index:
+                self._step(_stamp_ns(message)).rotor_speeds[self._index[vehicle]] = message.speeds
 
     def _step(self, stamp_ns: int) -> _Step:
         if (step := self._steps.get(stamp_ns)) is None:
@@ -271,13 +278,13 @@ class FlightLogBuilder:
         step.leader_yaw__ref = yaw
 
     def _add_pair(
-        self, stamp_ns: int, names: tuple[str, str], position: Iterable[float], yaw: float, variance: float
+        self, stamp_ns: int, pair: tuple[str, str], position: Iterable[float], yaw: float, variance: float
     ) -> None:
-        observer, target = names
-        step, pair = self._step(stamp_ns), (self._index[observer], self._index[target])
-        step.p_BB_C__est[pair] = position
-        step.yaw_BB__est[pair] = yaw
-        step.yaw_variance[pair] = variance
+        observer, target = pair
+        step, index = self._step(stamp_ns), (self._index[observer], self._index[target])
+        step.p_BB_C__est[index] = position
+        step.yaw_BB__est[index] = yaw
+        step.yaw_variance[index] = variance
 
     def _add_solver(self, stamp_ns: int, status: int, report: Any) -> None:
         numbers = {name: float(getattr(report, name)) for name in SOLVER_FIELDS}

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.view_margins import view_margins
 from relform_core.arrays import Array
+from relform_core.names import SolverState
 from relform_core.scenario_config import PhaseConfig, TeamConfig
 from relform_core.units import NANOSECONDS_PER_SECOND, rpm_to_rad_s, seconds_to_ns
 
@@ -21,8 +22,6 @@ Mask = npt.NDArray[np.bool_]
 
 AT_LIMIT = rpm_to_rad_s(1.0)
 """A rotor whose commanded speed is this close to a limit counts as saturated [rad/s]."""
-FALLBACK_STATUS = 2
-"""relform_msgs/SolverStatus.FALLBACK"""
 
 
 @dataclass(frozen=True)
@@ -304,7 +303,7 @@ def _solver_metrics(log: FlightLog) -> SolverMetrics:
         feedback_time_median=_over(solver["feedback_time"], np.median),
         step_time_median=_over(step_time, np.median),
         step_time_max=_over(step_time, np.max),
-        fallback_steps=int((solver["status"] == FALLBACK_STATUS).sum()),
+        fallback_steps=int((solver["status"] == SolverState.FALLBACK).sum()),
     )
 
 

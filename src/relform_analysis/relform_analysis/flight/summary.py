@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from relform_analysis.flight.metrics import Distribution, Errors, FlightMetrics, PhaseMetrics, Score
-from relform_core.errors import FlightError
+from relform_core.atomic_file import write_atomically
 from relform_core.load import LoadedScenario
 from relform_core.units import rad_s_to_rpm
 
@@ -92,17 +91,12 @@ def build_summary(
 
 
 def write_summary(path: Path, summary: Json) -> None:
-    """Write summary.json at once: it is never there in part.
+    """Write summary.json atomically.
 
     Raises:
-        FlightError: it cannot be written.
+        RelformError: it cannot be written.
     """
-    draft = path.with_name(f".{path.name}")
-    try:
-        draft.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        os.replace(draft, path)
-    except OSError as error:
-        raise FlightError(f"{path}: cannot be written: {error.strerror}") from None
+    write_atomically(path, json.dumps(summary, indent=2, allow_nan=False) + "\n")
 
 
 def _phase(phase: PhaseMetrics) -> Json:

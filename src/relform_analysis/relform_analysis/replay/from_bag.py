@@ -10,16 +10,15 @@ from relform_analysis.flight.from_bag import load_attached_scenario
 from relform_analysis.replay.replay import RecordedFlight, RecordedStep
 from relform_bags.message_types import message_class
 from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
-from relform_bags.writer import CONFIG_ATTACHMENT
 from relform_core.errors import BagError, MessageError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_core.names import CONFIG_ATTACHMENT, CONTROLLER_NODE, EVENTS, ROTOR_SPEEDS, vehicle_topic
 from relform_core.sensors.sensor import Measurement, Sensor
 from relform_msgs.msg import FormationEvent
 from relform_ros.conversions import rotor_command_from_msg
 from relform_ros.events import parameters_from_msg
 from relform_ros.sensors import SENSORS, sensors_of
-from relform_ros.topics import CONTROLLER_NODE, EVENTS, vehicle_topic
 
 
 def read_recorded_flight(path: Path) -> RecordedFlight:
@@ -92,7 +91,7 @@ def _steps(
             given[vehicle] = VehicleMeasurements.collect(arrived)
         commands = {}
         for vehicle in config.team.vehicles:
-            message = messages.get((vehicle_topic(vehicle, "rotor_speeds"), stamp_ns))
+            message = messages.get((vehicle_topic(vehicle, ROTOR_SPEEDS), stamp_ns))
             if message is None:
                 return tuple(steps)
             commands[vehicle] = rotor_command_from_msg(_deserialized(message), vehicle)

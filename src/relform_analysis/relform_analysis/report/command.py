@@ -18,9 +18,8 @@ from relform_analysis.sweep.folder import REPORT as SWEEP
 from relform_analysis.sweep.folder import RUNS
 from relform_bags.reader import find_bag
 from relform_core.errors import BagError, RelformError
+from relform_core.run_folder import PAPER_FIGURES, REPORT_FILE
 
-REPORT = "report.html"
-FIGURES = "figures"
 EXIT_ERROR = 2
 
 
@@ -37,16 +36,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="a bag (file or folder), the folder of a run, or the folder of a sweep",
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help=f"the report (default: {REPORT} in that folder)"
+        "--out", type=Path, metavar="FILE", help=f"the report (default: {REPORT_FILE} in that folder)"
     )
     parser.add_argument(
         "--no-figures",
         action="store_true",
-        help=f"no PNG and PDF for papers in the folder {FIGURES} beside it",
+        help=f"no PNG and PDF for papers in the folder {PAPER_FIGURES} beside it",
     )
     chosen = parser.parse_args(arguments)
     folder = chosen.source if chosen.source.is_dir() else chosen.source.parent
-    out: Path = chosen.out or folder / REPORT
+    out: Path = chosen.out or folder / REPORT_FILE
     try:
         if is_sweep(chosen.source):
             write_sweep_report(out, read_sweep(chosen.source))
@@ -86,5 +85,5 @@ def report_flight(source: Path, out: Path, with_figures: bool) -> None:
             draw_paper_figures,  # matplotlib takes a second to import
         )
 
-        for figure in draw_paper_figures([log], out.parent / FIGURES):
+        for figure in draw_paper_figures([log], out.parent / PAPER_FIGURES):
             print(figure)

@@ -12,8 +12,9 @@ from relform_analysis.plots.panels import Panel, flight_panels, pair_label
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
 from relform_analysis.report.flight_source import unrecorded_topics
 from relform_analysis.report.packing import pack
-from relform_analysis.report.page import render, write_page
+from relform_analysis.report.page import render
 from relform_analysis.report.tiles import headline_tiles
+from relform_core.atomic_file import write_atomically
 from relform_core.errors import FlightError
 from relform_core.units import NANOSECONDS_PER_SECOND
 
@@ -44,7 +45,7 @@ def write_flight_report(
     """
     if not log.phase:
         raise FlightError(f"{path}: no report: the flight has no control step")
-    write_page(path, flight_page(log, ending, versions))
+    write_atomically(path, flight_page(log, ending, versions))
 
 
 def flight_page(log: FlightLog, ending: Ending, versions: Mapping[str, str | None]) -> str:

@@ -10,11 +10,11 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_analysis.report.json_file import read_json
 from relform_bags.reader import BagAttachment, BagMessage, read_bag
-from relform_bags.writer import VERSIONS_ATTACHMENT
 from relform_core.errors import RelformError
+from relform_core.names import ROTOR_SPEEDS, SOLVER, VERSIONS_ATTACHMENT, vehicle_topic
+from relform_core.run_folder import RunFolder
 from relform_core.units import NANOSECONDS_PER_SECOND
 
-SUMMARY = "summary.json"
 Versions = Mapping[str, str | None]
 
 
@@ -32,8 +32,11 @@ def ending_from_log(log: FlightLog) -> Ending:
 
 def unrecorded_topics(log: FlightLog) -> list[str]:
     """Topics of which the log has nothing, so that a report leaves blank what they tell."""
-    topics = {f"/{name}/rotor_speeds": log.rotor_speeds[:, index] for index, name in enumerate(log.vehicles)}
-    topics["/formation/solver"] = log.solver["status"]
+    topics = {
+        vehicle_topic(name, ROTOR_SPEEDS): log.rotor_speeds[:, index]
+        for index, name in enumerate(log.vehicles)
+    }
+    topics[SOLVER] = log.solver["status"]
     return [topic for topic, values in topics.items() if not np.isfinite(values).any()]
 
 
@@ -43,7 +46,7 @@ def ending_from_run(folder: Path) -> tuple[Ending, Versions] | None:
     Raises:
         RelformError: the summary cannot be used.
     """
-    file = folder / SUMMARY
+    file = RunFolder(folder).summary
     if not file.is_file():
         return None
     summary = read_json(file)

@@ -2,13 +2,11 @@
 
 import json
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
 from relform_analysis.flight.summary import Json
-from relform_core.errors import RelformError
 
 ASSETS = files(__package__) / "assets"
 
@@ -36,20 +34,6 @@ def render(template: str, scripts: tuple[str, ...], data: Json, **content: Any) 
         data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
         **content,
     )
-
-
-def write_page(path: Path, page: str) -> None:
-    """Write a page at once: it is never there in part.
-
-    Raises:
-        RelformError: it cannot be written.
-    """
-    draft = path.with_name(f".{path.name}")
-    try:
-        draft.write_text(page, encoding="utf-8")
-        draft.replace(path)
-    except OSError as error:
-        raise RelformError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def _asset(name: str) -> str:

@@ -9,10 +9,11 @@ import numpy as np
 
 from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, Compared
 from relform_analysis.flight.summary import Json, Outcome
-from relform_analysis.report.page import render, write_page
+from relform_analysis.report.page import render
 from relform_analysis.report.sweep_source import Sweep
 from relform_analysis.report.tiles import Tile, headline_tiles
 from relform_analysis.sweep.statistics import describe
+from relform_core.atomic_file import write_atomically
 
 SCRIPTS = ("base.js", "strips.js")
 QUARTILES = (25.0, 50.0, 75.0)
@@ -50,7 +51,7 @@ def write_sweep_report(path: Path, sweep: Sweep) -> None:
     Raises:
         RelformError: it cannot be written.
     """
-    write_page(path, sweep_page(sweep))
+    write_atomically(path, sweep_page(sweep))
 
 
 def sweep_page(sweep: Sweep) -> str:

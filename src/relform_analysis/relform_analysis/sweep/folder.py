@@ -1,4 +1,4 @@
-"""The folder of a sweep: a file per finished run, written at once, and their table and statistics."""
+"""The folder of a sweep: a file per finished run, written atomically, and their table and statistics."""
 
 import csv
 import fcntl
@@ -14,6 +14,7 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.summary import Json
 from relform_analysis.sweep.plan import Run, Variant
 from relform_analysis.sweep.statistics import aggregate
+from relform_core.atomic_file import write_atomically
 from relform_core.errors import RelformError
 from relform_core.schema import Schema
 
@@ -75,7 +76,7 @@ class SweepFolder:
         if log is not None:
             write_log(self._log_file(run), log)
         stored = _StoredRun(fingerprint=run.fingerprint, row=dict(row))
-        _write(self._row_file(run), stored.model_dump_json(indent=1))
+        write_atomically(self._row_file(run), stored.model_dump_json(indent=1))
 
     def log(self, run: Run) -> FlightLog:
         """The flight of a finished run that keeps its log.
@@ -112,7 +113,7 @@ class SweepFolder:
             "versions": dict(versions),
         }
         write_table(self.path / TABLE, rows)
-        _write(self.path / REPORT, json.dumps(report, indent=2, allow_nan=False) + "\n")
+        write_atomically(self.path / REPORT, json.dumps(report, indent=2, allow_nan=False) + "\n")
         return report
 
     def _row_file(self, run: Run) -> Path:
@@ -123,7 +124,7 @@ class SweepFolder:
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows as CSV at once, with a column for every key that one of them has.
+    """Write rows as CSV atomically, with a column for every key that one of them has.
 
     Raises:
         RelformError: it cannot be written.
@@ -133,14 +134,4 @@ def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     writer = csv.DictWriter(table, fields)
     writer.writeheader()
     writer.writerows(rows)
-    _write(path, table.getvalue())
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file at once: it is never there in part."""
-    draft = path.with_name(f".{path.name}")
-    try:
-        draft.write_text(text, encoding="utf-8")
-        os.replace(draft, path)
-    except OSError as error:
-        raise RelformError(f"{path}: cannot be written: {error.strerror}") from None
+    write_atomically(path, table.getvalue())

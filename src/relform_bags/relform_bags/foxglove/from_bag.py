@@ -10,8 +10,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from relform_bags.reader import BagMessage, read_bag
 from relform_core.errors import BagError
+from relform_core.names import GROUND_TRUTH
 
-TRUTH, TRUTH_TYPE = "/ground_truth", "nav_msgs/msg/Odometry"
+TRUTH, TRUTH_TYPE = f"/{GROUND_TRUTH}", "nav_msgs/msg/Odometry"
 POSE, POSE_TYPE = "/pose", "geometry_msgs/msg/PoseStamped"
 PATH, PATH_TYPE = "/path", "nav_msgs/msg/Path"
 

@@ -15,9 +15,9 @@ from relform_bags.message_types import message_class
 from relform_bags.nodes.option_parameters import read_options
 from relform_bags.nodes.recording import Recording
 from relform_bags.options import TopicRecorderOptions
-from relform_bags.writer import VERSIONS_ATTACHMENT
 from relform_core.errors import BagError
 from relform_core.installed import software_versions
+from relform_core.names import VERSIONS_ATTACHMENT
 from relform_ros.raw import subscribe_raw
 from relform_ros.run_node import Spinner, StopRequestedError
 

@@ -16,10 +16,11 @@ from rosgraph_msgs.msg import Clock as ClockMsg
 from relform_bags.keyboard import Keyboard, terminal_keyboard
 from relform_bags.message_types import message_class
 from relform_bags.nodes.option_parameters import read_options
-from relform_bags.options import CLOCK, PlayerOptions
+from relform_bags.options import PlayerOptions
 from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_bags.timeline import Timeline
 from relform_core.errors import BagError, ConfigError
+from relform_core.names import CLOCK, PLAYER_NODE, split_node_name
 from relform_ros.fields import stamp_to_msg
 from relform_ros.run_node import Spinner, run_node
 
@@ -203,4 +204,5 @@ def _load(options: PlayerOptions) -> tuple[int, list[BagMessage]]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; its command line is that of the process unless it is given."""
-    return run_node(lambda: rclpy.create_node("player"), Player, arguments=arguments)
+    _, name = split_node_name(PLAYER_NODE)
+    return run_node(lambda: rclpy.create_node(name), Player, arguments=arguments)

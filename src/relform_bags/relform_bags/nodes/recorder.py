@@ -14,8 +14,8 @@ from relform_bags.nodes.discovering import DiscoveringRecorder
 from relform_bags.nodes.option_parameters import read_options
 from relform_bags.nodes.recording import Recording
 from relform_bags.options import RecorderOptions
-from relform_bags.writer import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
 from relform_core.installed import software_versions
+from relform_core.names import CONFIG_ATTACHMENT, RECORDER_NODE, VERSIONS_ATTACHMENT, split_node_name
 from relform_ros.lockstep import StepTally
 from relform_ros.member import FAREWELL_S, LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
@@ -108,6 +108,5 @@ def build_recorder(node: Node, spinner: Spinner) -> Runnable:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; its command line is that of the process unless it is given."""
-    return run_node(
-        lambda: rclpy.create_node("recorder", enable_rosout=False), build_recorder, arguments=arguments
-    )
+    _, name = split_node_name(RECORDER_NODE)
+    return run_node(lambda: rclpy.create_node(name, enable_rosout=False), build_recorder, arguments=arguments)

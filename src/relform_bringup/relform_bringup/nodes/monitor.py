@@ -15,13 +15,13 @@ from rclpy.utilities import try_shutdown
 from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_analysis.flight.metrics import formation_errors, scored_pairs
 from relform_core.load import LoadedScenario
+from relform_core.names import EVENTS, GROUND_TRUTH, MONITOR_NODE, REFERENCE, split_node_name
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.lockstep import StepTally
 from relform_ros.member import LockstepMember
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
-from relform_ros.topics import EVENTS, REFERENCE
 
 RECENT_STEPS = 3
 """Among the messages of so many steps there is one step of which all have come in."""
@@ -87,7 +87,7 @@ class Monitor:
         """Mean true formation error of the scored pairs in the newest step [m]; None: there is none."""
         recent = self._messages[-RECENT_STEPS * len(self._types) :]
         log = self._decode(
-            (topic, data) for topic, data in recent if topic.endswith(("/ground_truth", REFERENCE))
+            (topic, data) for topic, data in recent if topic.endswith((f"/{GROUND_TRUTH}", REFERENCE))
         )
         if not log.phase:
             return None
@@ -126,7 +126,7 @@ def monitoring(
     """A monitor in this process, while the block runs; ``watch`` is called again and again while it waits."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = rclpy.create_node("monitor", enable_rosout=False)
+        node = rclpy.create_node(split_node_name(MONITOR_NODE)[1], enable_rosout=False)
         yield Monitor(node, Spinner(node, watch), scenario, observers, on_step)
     finally:
         try_shutdown()

@@ -11,10 +11,20 @@ from rclpy.node import Node
 
 from relform_controller.blas import one_blas_thread
 from relform_controller.formation_controller import Decision, FormationController
-from relform_controller.solver.algorithm import SolverState
 from relform_controller.tuning import FORMATION, ControllerTuning, by_formation_key
 from relform_core.errors import ConfigError, MessageError
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_core.names import (
+    CONTROLLER_NODE,
+    EVENTS,
+    REFERENCE,
+    ROTOR_SPEEDS,
+    SOLVER,
+    STATE,
+    SolverState,
+    split_node_name,
+    vehicle_topic,
+)
 from relform_core.scenario_config import TeamConfig
 from relform_core.schema import Vector3
 from relform_msgs.msg import (
@@ -42,7 +52,6 @@ from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
 from relform_ros.sensors import SENSORS, SensorWire, sensors_of
-from relform_ros.topics import CONTROLLER_NODE, EVENTS, REFERENCE, SOLVER, STATE, vehicle_topic
 
 TELEMETRY = (STATE, SOLVER, REFERENCE, EVENTS)
 """For observers; no vehicle waits for it."""
@@ -119,7 +128,7 @@ class Leader:
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
         for vehicle, command in decision.commands.items():
-            topic = vehicle_topic(vehicle, "rotor_speeds")
+            topic = vehicle_topic(vehicle, ROTOR_SPEEDS)
             self._member.publish(topic, rotor_command_to_msg(command, vehicle))
         return decision
 
@@ -275,5 +284,6 @@ def reference_to_msg(decision: Decision) -> FormationReference:
 
 def main() -> int:
     """Run the node."""
+    namespace, name = split_node_name(CONTROLLER_NODE)
     with one_blas_thread():
-        return run_node(lambda: rclpy.create_node("controller", namespace="/formation"), Leader)
+        return run_node(lambda: rclpy.create_node(name, namespace=namespace), Leader)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
 
 from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.solver.dense.box_qp import QpError
@@ -11,14 +10,7 @@ from relform_controller.solver.dense.rti import RealTimeIteration, SqpStep
 from relform_controller.solver.kernels import Kernels
 from relform_core.arrays import Array
 from relform_core.controller_config import SolverConfig, WeightsConfig
-
-
-class SolverState(IntEnum):
-    """How a control step ended; the numbers are those of SolverStatus.msg."""
-
-    SOLVED = 0
-    STEP_LIMIT = 1
-    FALLBACK = 2
+from relform_core.names import SolverState
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
 from relform_core.errors import FlightError
+from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, step_done_topic
 from relform_msgs.msg import StepDone
 from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
 from relform_ros.conversions import done_from_msg
@@ -23,7 +24,7 @@ from relform_ros.fields import stamp_to_msg
 from relform_ros.member import DISCOVERY_POLL_S, check_name, configuration_of, discover
 from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.run_node import Spinner, run_node
-from relform_ros.topics import CLOCK, CLOCK_NODE, DIAGNOSTICS, members, step_done_topic, topic_table
+from relform_ros.topics import members, topic_table
 
 ANSWER_S = 1.0
 """How long a node may take to answer when the clock asks whether it is there at all."""
@@ -109,4 +110,5 @@ class ClockServer:
 
 def main() -> int:
     """Run the node."""
-    return run_node(lambda: rclpy.create_node("clock", namespace="/sim"), ClockServer, EXIT_CODES)
+    namespace, name = split_node_name(CLOCK_NODE)
+    return run_node(lambda: rclpy.create_node(name, namespace=namespace), ClockServer, EXIT_CODES)

@@ -9,6 +9,7 @@ from rclpy.node import Node
 
 from relform_core.errors import ConfigError
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
+from relform_core.names import EVENTS, GROUND_TRUTH, ROTOR_SPEEDS, VEHICLE_NODE, vehicle_topic
 from relform_core.scenario_config import TeamConfig
 from relform_core.tuning import vehicle_tuning
 from relform_msgs.msg import FormationEvent
@@ -22,7 +23,6 @@ from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
 from relform_ros.sensors import SENSORS
-from relform_ros.topics import EVENTS, vehicle_topic
 from relform_sim.vehicle import Vehicle
 
 
@@ -37,8 +37,8 @@ class Quadrotor:
         self._n_steps = config.n_steps
         self._vehicle = Vehicle(config, scenario.seed, self._name)
         self._parameters = LiveParameters(node, vehicle_tuning(scenario))
-        self._truth_topics = {name: vehicle_topic(name, "ground_truth") for name in config.team.vehicles}
-        self._command_topic = vehicle_topic(self._name, "rotor_speeds")
+        self._truth_topics = {name: vehicle_topic(name, GROUND_TRUTH) for name in config.team.vehicles}
+        self._command_topic = vehicle_topic(self._name, ROTOR_SPEEDS)
         self._others = [name for name in config.team.vehicles if name != self._name]
         self._truths = StepInbox[Odometry](
             (self._truth_topics[name] for name in self._others), self._period_ns
@@ -61,7 +61,7 @@ class Quadrotor:
             if step == self._n_steps:
                 self._parameters.close()
             truth = self._vehicle.advance(step, self._command(step - 1))
-            self._publish("ground_truth", conversions.odometry_to_msg(truth, self._name))
+            self._publish(GROUND_TRUTH, conversions.odometry_to_msg(truth, self._name))
             ground_truth = self._others_truth(step) | {self._name: truth}
             self._publish_measurements(self._vehicle.measure(step, ground_truth))
             fault = self._vehicle.fault(step, ground_truth) or ""
@@ -130,4 +130,4 @@ def _vehicle_name(node: Node, team: TeamConfig) -> str:
 
 def main() -> int:
     """Run the node."""
-    return run_node(lambda: rclpy.create_node("quadrotor"), Quadrotor)
+    return run_node(lambda: rclpy.create_node(VEHICLE_NODE), Quadrotor)

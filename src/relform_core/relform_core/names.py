@@ -1,0 +1,68 @@
+"""The names of a flight's nodes and topics, and the numbers that its messages use for kinds and states."""
+
+from enum import IntEnum
+
+CLOCK = "/clock"
+EVENTS = "/formation/events"
+STATE = "/formation/state"
+SOLVER = "/formation/solver"
+REFERENCE = "/formation/reference"
+DIAGNOSTICS = "/diagnostics"
+
+GROUND_TRUTH = "ground_truth"
+"""Topic in the namespace of each vehicle."""
+ROTOR_SPEEDS = "rotor_speeds"
+"""Topic in the namespace of each vehicle."""
+STEP_DONE = "step_done"
+"""Topic in the namespace of each member of the barrier."""
+
+CLOCK_NODE = "/sim/clock"
+CONTROLLER_NODE = "/formation/controller"
+RECORDER_NODE = "/recorder"
+MONITOR_NODE = "/monitor"
+PLAYER_NODE = "/player"
+VEHICLE_NODE = "quadrotor"
+"""Node in the namespace of each vehicle."""
+
+CONFIG_ATTACHMENT = "config.yaml"
+"""The effective configuration, attached to the bag of a flight."""
+VERSIONS_ATTACHMENT = "versions.json"
+"""The versions of the recording software, attached to every bag."""
+
+
+class EventKind(IntEnum):
+    """Kind of an event of the flight; the numbers of FormationEvent.msg."""
+
+    STEP = 0
+    SET_FORMATION = 1
+    FAULT = 2
+    SET_PARAMETERS = 3
+
+
+class SolverState(IntEnum):
+    """How a control step ended; the numbers of SolverStatus.msg."""
+
+    SOLVED = 0
+    STEP_LIMIT = 1
+    FALLBACK = 2
+
+
+def vehicle_node(vehicle: str) -> str:
+    """Fully qualified name of the node of a vehicle."""
+    return f"/{vehicle}/{VEHICLE_NODE}"
+
+
+def vehicle_topic(vehicle: str, name: str) -> str:
+    """Fully qualified name of a topic of a vehicle."""
+    return f"/{vehicle}/{name}"
+
+
+def step_done_topic(node: str) -> str:
+    """Topic on which a member of the barrier reports that it has finished a step."""
+    return f"{node}/{STEP_DONE}"
+
+
+def split_node_name(node: str) -> tuple[str, str]:
+    """Namespace and base name of a fully qualified node name: ``/sim/clock`` is ``("/sim", "clock")``."""
+    namespace, _, name = node.rpartition("/")
+    return namespace or "/", name

@@ -1,0 +1,16 @@
+"""The numbers of the enums in relform_core.names are those of the message definitions."""
+
+from enum import IntEnum
+from typing import Any
+
+import pytest
+
+from relform_core.names import EventKind, SolverState
+from relform_msgs.msg import FormationEvent, SolverStatus
+
+
+@pytest.mark.parametrize(("enum", "message"), [(EventKind, FormationEvent), (SolverState, SolverStatus)])
+def test_enum_has_the_constants_of_its_message(enum: type[IntEnum], message: Any) -> None:
+    metaclass = type(message)
+    constants = vars(metaclass)[f"_{metaclass.__name__}__constants"]
+    assert {member.name: member.value for member in enum} == constants
