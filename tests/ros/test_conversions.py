@@ -1,5 +1,6 @@
 """What is sent arrives bit for bit, and what cannot be used does not get past the wire."""
 
+import inspect
 import math
 import re
 from collections.abc import Callable
@@ -17,9 +18,16 @@ from relform_core.measurements import Odometry, RotorCommand
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
+from relform_core.sensors.registry import SENSORS
+from relform_core.sensors.sensor import Sensor
 from relform_core.sensors.sonar import Sonar
 from relform_ros import conversions
 from relform_ros.rejection import Reason, RejectionError
+from relform_ros.sensors import imu as imu_wire
+from relform_ros.sensors import optic_flow as flow_wire
+from relform_ros.sensors import range_bearing as bearings_wire
+from relform_ros.sensors import sonar as sonar_wire
+from relform_ros.sensors.wire import wire
 
 TEAM = ("leader", "follower_1", "follower_2")
 NAME = "follower_1"
@@ -122,26 +130,26 @@ def over_the_wire(message: Any) -> Any:
 
 @given(IMU)
 def test_imu_roundtrip(imu: Imu) -> None:
-    message = over_the_wire(conversions.imu_to_msg(imu, NAME))
-    assert bits(conversions.imu_from_msg(message, NAME)) == bits(imu)
+    message = over_the_wire(imu_wire.to_msg(imu, NAME))
+    assert bits(imu_wire.from_msg(message, NAME, TEAM)) == bits(imu)
 
 
 @given(OPTIC_FLOW)
 def test_optic_flow_roundtrip(flow: OpticFlow) -> None:
-    message = over_the_wire(conversions.optic_flow_to_msg(flow, NAME))
-    assert bits(conversions.optic_flow_from_msg(message, NAME)) == bits(flow)
+    message = over_the_wire(flow_wire.to_msg(flow, NAME))
+    assert bits(flow_wire.from_msg(message, NAME, TEAM)) == bits(flow)
 
 
 @given(SONAR)
 def test_sonar_roundtrip(sonar: Sonar) -> None:
-    message = over_the_wire(conversions.sonar_to_msg(sonar, NAME))
-    assert bits(conversions.sonar_from_msg(message, NAME)) == bits(sonar)
+    message = over_the_wire(sonar_wire.to_msg(sonar, NAME))
+    assert bits(sonar_wire.from_msg(message, NAME, TEAM)) == bits(sonar)
 
 
 @given(range_bearings())
 def test_range_bearings_roundtrip(bearings: RangeBearings) -> None:
-    message = over_the_wire(conversions.range_bearings_to_msg(bearings, NAME))
-    assert bits(conversions.range_bearings_from_msg(message, NAME, TEAM)) == bits(bearings)
+    message = over_the_wire(bearings_wire.to_msg(bearings, NAME))
+    assert bits(bearings_wire.from_msg(message, NAME, TEAM)) == bits(bearings)
 
 
 @given(ODOMETRY)
@@ -163,20 +171,20 @@ VECTOR = np.array([1.5, -2.5, 3.5])
 
 
 def imu_message() -> Any:
-    return conversions.imu_to_msg(Imu(STAMP_NS, ATTITUDE, EYE3, VECTOR, EYE3, VECTOR, EYE3), NAME)
+    return imu_wire.to_msg(Imu(STAMP_NS, ATTITUDE, EYE3, VECTOR, EYE3, VECTOR, EYE3), NAME)
 
 
 def flow_message() -> Any:
-    return conversions.optic_flow_to_msg(OpticFlow(STAMP_NS, VECTOR, EYE3), NAME)
+    return flow_wire.to_msg(OpticFlow(STAMP_NS, VECTOR, EYE3), NAME)
 
 
 def sonar_message() -> Any:
-    return conversions.sonar_to_msg(Sonar(STAMP_NS, 2.5, 0.25, 10.0, 0.5), NAME)
+    return sonar_wire.to_msg(Sonar(STAMP_NS, 2.5, 0.25, 10.0, 0.5), NAME)
 
 
 def bearings_message() -> Any:
     seen = {target: RangeBearing(target, 1.5, -2.5, 0.5, EYE3) for target in ("leader", "follower_2")}
-    return conversions.range_bearings_to_msg(RangeBearings(STAMP_NS, seen), NAME)
+    return bearings_wire.to_msg(RangeBearings(STAMP_NS, seen), NAME)
 
 
 def odometry_message() -> Any:
@@ -191,10 +199,10 @@ def command_message() -> Any:
 
 
 KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
-    "imu": (imu_message, lambda message: conversions.imu_from_msg(message, NAME)),
-    "flow": (flow_message, lambda message: conversions.optic_flow_from_msg(message, NAME)),
-    "sonar": (sonar_message, lambda message: conversions.sonar_from_msg(message, NAME)),
-    "bearings": (bearings_message, lambda message: conversions.range_bearings_from_msg(message, NAME, TEAM)),
+    "imu": (imu_message, lambda message: imu_wire.from_msg(message, NAME, TEAM)),
+    "flow": (flow_message, lambda message: flow_wire.from_msg(message, NAME, TEAM)),
+    "sonar": (sonar_message, lambda message: sonar_wire.from_msg(message, NAME, TEAM)),
+    "bearings": (bearings_message, lambda message: bearings_wire.from_msg(message, NAME, TEAM)),
     "odometry": (odometry_message, lambda message: conversions.odometry_from_msg(message, NAME)),
     "command": (command_message, lambda message: conversions.rotor_command_from_msg(message, NAME)),
 }
@@ -298,7 +306,7 @@ def test_a_zero_quaternion_is_rejected() -> None:
     message = imu_message()
     message.orientation.x = message.orientation.y = message.orientation.z = message.orientation.w = 0.0
     with pytest.raises(RejectionError, match="got norm 0"):
-        conversions.imu_from_msg(message, NAME)
+        imu_wire.from_msg(message, NAME, TEAM)
 
 
 def test_a_plan_of_a_broken_interval_is_rejected() -> None:
@@ -313,3 +321,11 @@ def test_an_optic_flow_says_that_it_does_not_measure_rates() -> None:
     covariance = np.reshape(message.twist.covariance, (6, 6))
     assert np.all(covariance.diagonal()[3:] >= 1e6)
     assert np.all(covariance[:3, 3:] == 0.0)
+
+
+@pytest.mark.parametrize("sensor", SENSORS, ids=lambda sensor: sensor.name)
+def test_every_registered_sensor_has_a_message_and_conversions(sensor: Sensor[Any, Any]) -> None:
+    conversion = wire(sensor)
+    assert serialize_message(conversion.MESSAGE())
+    assert list(inspect.signature(conversion.from_msg).parameters) == ["msg", "vehicle", "team"]
+    assert len(inspect.signature(conversion.to_msg).parameters) == 2

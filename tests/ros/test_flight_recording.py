@@ -70,7 +70,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[LoadedScenario, 
 
 def test_every_message_at_its_step(recorded: tuple[LoadedScenario, Path]) -> None:
     scenario, folder = recorded
-    table = topic_table(scenario.config.team, [RECORDER_NODE])
+    table = topic_table(scenario.config, [RECORDER_NODE])
     expected = {topic.name for topic in table.values() if RECORDER_NODE in topic.readers}
     steps: dict[str, list[int]] = {name: [] for name in expected}
     for entry in read_bag(folder / "bag_0.mcap"):

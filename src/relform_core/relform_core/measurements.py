@@ -11,6 +11,9 @@ from typing import Any, Self
 from relform_core.arrays import Array
 from relform_core.sensors.sensor import M, Measurement, Sensor
 
+UNMEASURED_VARIANCE = 1e9
+"""Variance that says: this component of a standard message is not measured."""
+
 
 @dataclass(frozen=True, eq=False)
 class Odometry:

@@ -4,7 +4,7 @@ import bisect
 import itertools
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -18,6 +18,8 @@ from relform_core.schema import (
     Schema,
     Vector3,
 )
+from relform_core.sensors.registry import SENSORS
+from relform_core.sensors.sensor import Sensor
 from relform_core.sensors_config import SensorsConfig
 from relform_core.units import DEGREES, seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
@@ -25,7 +27,10 @@ from relform_core.vehicle_config import VehicleConfig
 FormationConfig = dict[Name, Vector3]
 """Position of each follower relative to the leader in {mc} of the leader [m], by follower name."""
 
-SensorName = Literal["imu", "optic_flow", "sonar", "range_bearing", "localization"]
+if TYPE_CHECKING:
+    SensorName = str
+else:
+    SensorName = Literal[tuple(sensor.name for sensor in SENSORS)]
 
 
 class TeamConfig(Schema):
@@ -250,6 +255,13 @@ class ScenarioConfig(Schema):
         """Control period in integer nanoseconds."""
         return seconds_to_ns(self.controller.period)
 
+    def sensors_of(self, vehicle: str) -> tuple[Sensor[Any, Any], ...]:
+        """The sensors that a vehicle of the team carries, in the order in which it sends."""
+        is_leader = vehicle == self.team.leader
+        return tuple(
+            sensor for sensor in SENSORS if self.sensors.has(sensor) and (is_leader or not sensor.leader_only)
+        )
+
     def formation_problem(self, formation: Mapping[str, Vector3]) -> str | None:
         """Why the team cannot fly a formation, as the end of a sentence on it; None if it can."""
         if unknown := sorted(set(formation) - set(self.team.followers)):
@@ -323,8 +335,13 @@ class ScenarioConfig(Schema):
                     f"event '{event.kind}' targets the unknown vehicle '{event.target}', "
                     f"known are {', '.join(self.team.vehicles)}"
                 )
-            of_localization = isinstance(event, Dropout) and event.sensor == "localization"
-            if of_localization and event.target != self.team.leader:
-                problem = f"'{event.target}' has no localization, only the leader has"
-                raise ValueError(f"event 'dropout': {problem}")
+            if isinstance(event, Dropout):
+                self._check_carried(event.target, event.sensor)
         return self
+
+    def _check_carried(self, vehicle: str, name: str) -> None:
+        """Raise ValueError if a vehicle does not carry the sensor that a dropout of it names."""
+        if name not in {sensor.name for sensor in self.sensors_of(vehicle)}:
+            is_configured = getattr(self.sensors, name) is not None
+            reason = "only the leader has" if is_configured else f"sensors.{name} is not configured"
+            raise ValueError(f"event 'dropout': '{vehicle}' has no {name}, {reason}")

@@ -1,18 +1,36 @@
 """Schema of ``config/sensors/*.yaml``: what every vehicle of a team measures, and how badly."""
 
+from typing import Any
+
+from pydantic import create_model
+
 from relform_core.schema import Schema
-from relform_core.sensors.imu import ImuConfig
-from relform_core.sensors.localization import LocalizationConfig
-from relform_core.sensors.optic_flow import OpticFlowConfig
-from relform_core.sensors.range_bearing import RangeBearingConfig
-from relform_core.sensors.sonar import SonarConfig
+from relform_core.sensors.registry import SENSORS
+from relform_core.sensors.sensor import C, Sensor
 
 
-class SensorsConfig(Schema):
-    """The sensors of every vehicle of a team."""
+def _field(sensor: Sensor[Any, Any]) -> Any:
+    """Type and default of a section."""
+    return (sensor.config | None, None) if sensor.optional else sensor.config
 
-    imu: ImuConfig
-    optic_flow: OpticFlowConfig
-    sonar: SonarConfig
-    range_bearing: RangeBearingConfig
-    localization: LocalizationConfig
+
+_Sections: Any = create_model("_Sections", __base__=Schema, **{each.name: _field(each) for each in SENSORS})
+
+
+class SensorsConfig(_Sections):
+    """The sensors of every vehicle of a team: one section per registered sensor, called by its name."""
+
+    def has(self, sensor: Sensor[Any, Any]) -> bool:
+        """Whether the section of a sensor is there; only that of an optional one may be left out."""
+        return getattr(self, sensor.name) is not None
+
+    def of(self, sensor: Sensor[Any, C]) -> C:
+        """Section of a sensor.
+
+        Raises:
+            LookupError: it was left out.
+        """
+        section: C | None = getattr(self, sensor.name)
+        if section is None:
+            raise LookupError(f"sensors.{sensor.name} is not configured")
+        return section

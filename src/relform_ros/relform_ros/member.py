@@ -54,7 +54,7 @@ class LockstepMember:
         self._name = node.get_fully_qualified_name()
         check_name(self._name, members(config.team, observers))
         self._configuration = configuration_of(scenario, observers)
-        self.endpoints = Endpoints(node, topic_table(config.team, observers))
+        self.endpoints = Endpoints(node, topic_table(config, observers))
         readable = {topic.name for topic in self.endpoints.readable}
         awaited = [
             member for member in members(config.team, observers) if step_done_topic(member) in readable

@@ -25,7 +25,7 @@ from relform_core.names import (
     vehicle_node,
     vehicle_topic,
 )
-from relform_core.scenario_config import TeamConfig
+from relform_core.scenario_config import ScenarioConfig, TeamConfig
 from relform_msgs.msg import (
     FormationEvent,
     FormationReference,
@@ -35,7 +35,7 @@ from relform_msgs.msg import (
     StepDone,
 )
 from relform_ros.qos import LATCHED, LOCKSTEP
-from relform_ros.sensors import SENSORS, sensors_of
+from relform_ros.sensors.wire import wire
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,14 @@ def members(team: TeamConfig, observers: Sequence[str]) -> tuple[str, ...]:
     return (*map(vehicle_node, team.vehicles), CONTROLLER_NODE, *observers)
 
 
-def topic_table(team: TeamConfig, observers: Sequence[str]) -> dict[str, Topic]:
+def topic_table(config: ScenarioConfig, observers: Sequence[str]) -> dict[str, Topic]:
     """All topics of a flight by name.
 
     Args:
         observers: fully qualified names of the members beside vehicles and controller. They read every topic,
             except that the monitor does without the sensors.
     """
+    team = config.team
     vehicle_nodes = {vehicle: vehicle_node(vehicle) for vehicle in team.vehicles}
     all_members = members(team, observers)
     observers = tuple(observers)
@@ -94,12 +95,12 @@ def topic_table(team: TeamConfig, observers: Sequence[str]) -> dict[str, Topic]:
         topics += [
             *(
                 Topic(
-                    vehicle_topic(vehicle, sensor),
-                    SENSORS[sensor].message,
+                    vehicle_topic(vehicle, sensor.name),
+                    wire(sensor).MESSAGE,
                     (node,),
                     (CONTROLLER_NODE, *sensor_observers),
                 )
-                for sensor in sensors_of(vehicle, team)
+                for sensor in config.sensors_of(vehicle)
             ),
             Topic(vehicle_topic(vehicle, GROUND_TRUTH), Odometry, (node,), (*others, *observers)),
             Topic(vehicle_topic(vehicle, ROTOR_SPEEDS), RotorSpeeds, controller, (node, *observers)),

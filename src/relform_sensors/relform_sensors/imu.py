@@ -8,6 +8,7 @@ from relform_core.arrays import Array
 from relform_core.measurements import Odometry
 from relform_core.sensors.imu import Imu, ImuConfig
 from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_sensors.model import Carrier, Read
 from relform_sensors.rotation import (
     quaternion_from_rotation_vector,
     quaternion_from_yaw,
@@ -59,3 +60,9 @@ class ImuSensor:
             f_NB_B=f_NB_B + self._config.accelerometer_std * force_noise,
             accelerometer_covariance=self._accelerometer_covariance,
         )
+
+
+def mount(config: ImuConfig, generator: np.random.Generator, carrier: Carrier) -> Read:
+    """The model on this vehicle."""
+    sensor = ImuSensor(config, generator, yaw_is_known=carrier.is_leader)
+    return lambda scene: sensor.read(scene.own, scene.f_NB_B)

@@ -2,12 +2,10 @@
 
 import numpy as np
 
-from relform_core.measurements import Odometry
+from relform_core.measurements import UNMEASURED_VARIANCE, Odometry
 from relform_core.sensors.localization import LocalizationConfig
+from relform_sensors.model import Carrier, Read
 from relform_sensors.rotation import quaternion_from_rotation_vector, quaternion_product
-
-UNKNOWN_VARIANCE = 1.0e6
-"""Variance that ROS nodes read as "not measured"."""
 
 
 class LocalizationSensor:
@@ -17,7 +15,7 @@ class LocalizationSensor:
         self._config = config
         self._generator = generator
         self._pose_covariance = np.diag([config.position_std**2] * 3 + [config.yaw_std**2] * 3)
-        self._twist_covariance = np.diag([config.velocity_std**2] * 3 + [UNKNOWN_VARIANCE] * 3)
+        self._twist_covariance = np.diag([config.velocity_std**2] * 3 + [UNMEASURED_VARIANCE] * 3)
 
     def read(self, truth: Odometry) -> Odometry:
         """Localize the vehicle with this true state."""
@@ -32,3 +30,9 @@ class LocalizationSensor:
             pose_covariance=self._pose_covariance,
             twist_covariance=self._twist_covariance,
         )
+
+
+def mount(config: LocalizationConfig, generator: np.random.Generator, carrier: Carrier) -> Read:
+    """The model on this vehicle."""
+    sensor = LocalizationSensor(config, generator)
+    return lambda scene: sensor.read(scene.own)

@@ -4,6 +4,7 @@ import numpy as np
 
 from relform_core.measurements import Odometry
 from relform_core.sensors.optic_flow import OpticFlow, OpticFlowConfig
+from relform_sensors.model import Carrier, Read
 
 
 class OpticFlowSensor:
@@ -18,3 +19,9 @@ class OpticFlowSensor:
         """Measure the velocity of the vehicle with this true state."""
         noise = self._config.velocity_std * self._generator.standard_normal(3)
         return OpticFlow(truth.stamp_ns, truth.v_NB_B + noise, self._covariance)
+
+
+def mount(config: OpticFlowConfig, generator: np.random.Generator, carrier: Carrier) -> Read:
+    """The model on this vehicle."""
+    sensor = OpticFlowSensor(config, generator)
+    return lambda scene: sensor.read(scene.own)

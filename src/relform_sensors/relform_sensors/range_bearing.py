@@ -10,6 +10,7 @@ from relform_core.measurements import Odometry
 from relform_core.scenario_config import Outliers
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearingConfig, RangeBearings, Sector
 from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_sensors.model import Carrier, Read
 from relform_sensors.rotation import rotation_matrix, wrap_angle
 
 UNKNOWN_ANGLE_STD = math.pi / math.sqrt(3.0)
@@ -82,6 +83,14 @@ class RangeBearingSensor:
         return np.array(
             [across, _angle_std(across, distance * math.cos(elevation)), _angle_std(across, distance)]
         )
+
+
+def mount(config: RangeBearingConfig, generator: np.random.Generator, carrier: Carrier) -> Read:
+    """The model on this vehicle."""
+    targets = [vehicle for vehicle in carrier.vehicles if vehicle != carrier.name]
+    outliers = [event for event in carrier.events if isinstance(event, Outliers)]
+    sensor = RangeBearingSensor(config, generator, carrier.name, targets, outliers)
+    return lambda scene: sensor.read(scene.ground_truth)
 
 
 def _spherical(p_BT_B: Array) -> Array:

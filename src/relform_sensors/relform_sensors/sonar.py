@@ -6,6 +6,7 @@ import numpy as np
 
 from relform_core.measurements import Odometry
 from relform_core.sensors.sonar import Sonar, SonarConfig
+from relform_sensors.model import Carrier, Read
 
 
 class SonarSensor:
@@ -27,6 +28,12 @@ class SonarSensor:
         elif height > self._range_max:
             height = math.inf
         return Sonar(truth.stamp_ns, height, self._range_min, self._range_max, self._field_of_view)
+
+
+def mount(config: SonarConfig, generator: np.random.Generator, carrier: Carrier) -> Read:
+    """The model on this vehicle."""
+    sensor = SonarSensor(config, generator)
+    return lambda scene: sensor.read(scene.own)
 
 
 def _float32(value: float) -> float:

@@ -10,12 +10,14 @@ from collections.abc import Mapping
 
 from relform_core.errors import FlightError
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
-from relform_core.randomness import Stream, spawn_generator
+from relform_core.randomness import Stream, Streams
 from relform_core.scenario_config import CommandLoss, ScenarioConfig, ThrustScale, Wind
+from relform_core.sensors.imu import IMU
+from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_core.vehicle_config import VehicleConfig
 from relform_sensors.loss import Loss
-from relform_sensors.suite import Readings, SensorSuite
+from relform_sensors.suite import SensorSuite
 from relform_sim.faults import find_fault
 from relform_sim.onboard import Onboard, OnboardCounts
 from relform_sim.plant import Plant
@@ -39,11 +41,12 @@ class Vehicle:
         self._name = name
         self._step = -1
         """Last step advanced to."""
-        self._readings: Readings | None = None
-        """Of the last step measured."""
+        self._readings = VehicleMeasurements({})
+        """Of the last step measured, on board."""
+        streams = Streams(seed, index)
         p_NB_N, yaw = _initial_pose(config, name)
         self._plant = Plant(
-            draw_body(config.vehicle, spawn_generator(seed, index, Stream.PLANT)),
+            draw_body(config.vehicle, streams[Stream.PLANT]),
             step=config.plant.step,
             rotor_time_constant=config.vehicle.rotor_time_constant,
             rotor_speed=config.vehicle.hover_speed,
@@ -51,12 +54,12 @@ class Vehicle:
             q_NB=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
         )
         self._onboard = Onboard(config.vehicle, config.controller.period)
-        self._sensors = SensorSuite(config, seed, name)
+        self._sensors = SensorSuite(config, name, streams)
         events = [event for event in config.events if event.target == name]
         self._winds = [event for event in events if isinstance(event, Wind)]
         self._thrust_scales = [event for event in events if isinstance(event, ThrustScale)]
         self._command_loss = Loss(
-            spawn_generator(seed, index, Stream.LINK),
+            streams[Stream.LINK],
             events=[event for event in events if isinstance(event, CommandLoss)],
         )
 
@@ -103,13 +106,12 @@ class Vehicle:
     def _fly_interval(self, step: int, command: RotorCommand | None) -> None:
         """Fly [t_step, t_{step + 1}]; events act on whole intervals, as they are at the start."""
         stamp_ns = self._stamp_ns(step)
-        if self._readings is None or self._readings.stamp_ns != stamp_ns:
+        imu, optic_flow = self._readings.newest(IMU), self._readings.newest(OPTIC_FLOW)
+        if imu is None or optic_flow is None or imu.stamp_ns != stamp_ns:
             raise FlightError(f"{self._name}: step {step} was not measured before step {step + 1}")
         time = stamp_ns / NANOSECONDS_PER_SECOND
         is_lost = self._command_loss.loses(time)  # drawn in any case
-        speeds = self._onboard.rotor_speeds(
-            stamp_ns, None if is_lost else command, self._readings.imu, self._readings.optic_flow
-        )
+        speeds = self._onboard.rotor_speeds(stamp_ns, None if is_lost else command, imu, optic_flow)
         winds = [wind.force_N for wind in self._winds if wind.active(time)]
         self._plant.advance(
             tuple(speeds.tolist()),

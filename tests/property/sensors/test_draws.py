@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry, VehicleMeasurements
+from relform_core.randomness import Streams
 from relform_core.scenario_config import Dropout, Outliers, ScenarioConfig
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
@@ -45,7 +46,7 @@ def ground_truth(step: int, hidden: Mapping[str, set[int]]) -> dict[str, Odometr
 def fly(
     config: ScenarioConfig, name: str, seed: int, hidden: Mapping[str, set[int]] | None = None
 ) -> list[VehicleMeasurements]:
-    suite = SensorSuite(config, seed, name)
+    suite = SensorSuite(config, name, Streams(seed, config.team.vehicles.index(name)))
     f_NB_B = np.array([0.1, -0.2, 9.7])
     return [suite.transmit(suite.read(ground_truth(step, hidden or {}), f_NB_B)) for step in range(N_STEPS)]
 

@@ -6,6 +6,7 @@ import pytest
 
 from relform_core.errors import ConfigError
 from relform_core.load import load_scenario
+from relform_core.sensors import registry
 from support.scenarios import CONFIG_FOLDER, PAPER
 
 VEHICLE = CONFIG_FOLDER / "vehicles/hummingbird.yaml"
@@ -154,7 +155,8 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
         (
             f"events=[{{kind: dropout, {EVENT}, sensor: gps, probability: 0.5}}]",
             "events.0.sensor: must be "
-            "'imu', 'optic_flow', 'sonar', 'range_bearing' or 'localization' (got 'gps')",
+            + ", ".join(f"'{sensor.name}'" for sensor in registry.SENSORS[:-1])
+            + f" or '{registry.SENSORS[-1].name}' (got 'gps')",
         ),
         (
             f"events=[{{kind: command_loss, {EVENT}, probability: -0.5}}]",

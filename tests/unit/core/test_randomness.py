@@ -4,25 +4,30 @@ import itertools
 
 import numpy as np
 
-from relform_core.randomness import Stream, spawn_generator
+from relform_core.randomness import Stream, Streams, spawn_generator
+from relform_core.sensors.imu import IMU
+from relform_core.sensors.optic_flow import OPTIC_FLOW
+from relform_core.sensors.registry import SENSORS
+
+KEYS = (*Stream, *(sensor.stream for sensor in SENSORS))
 
 
 def test_the_same_keys_give_the_same_draws() -> None:
-    first, second = (spawn_generator(7, 1, Stream.OPTIC_FLOW).standard_normal(50) for _ in range(2))
+    first, second = (spawn_generator(7, 1, OPTIC_FLOW.stream).standard_normal(50) for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
 def test_any_other_key_gives_others() -> None:
     draws = {
         keys: tuple(spawn_generator(*keys).standard_normal(3))
-        for keys in itertools.product((0, 1, 7), (0, 1, 2), Stream)
+        for keys in itertools.product((0, 1, 7), (0, 1, 2), KEYS)
     }
-    assert len(set(draws.values())) == 3 * 3 * len(Stream)
+    assert len(set(draws.values())) == 3 * 3 * len(KEYS)
 
 
 def test_streams_are_not_correlated() -> None:
     draws = [
-        spawn_generator(3, vehicle, stream).standard_normal(2000) for vehicle in range(3) for stream in Stream
+        spawn_generator(3, vehicle, stream).standard_normal(2000) for vehicle in range(3) for stream in KEYS
     ]
     correlation = np.corrcoef(draws) - np.eye(len(draws))
     assert np.abs(correlation).max() < 0.1  # five standard deviations
@@ -30,13 +35,22 @@ def test_streams_are_not_correlated() -> None:
 
 def test_the_numbers_of_streams_are_kept() -> None:
     """Recorded results depend on them."""
-    assert [(stream.name, stream.value) for stream in Stream][:7] == [
-        ("PLANT", 0),
-        ("IMU", 1),
-        ("OPTIC_FLOW", 2),
-        ("SONAR", 3),
-        ("RANGE_BEARING", 4),
-        ("LOCALIZATION", 5),
-        ("LINK", 6),
-    ]
-    assert spawn_generator(42, 1, Stream.IMU).integers(2**32) == 3226071672
+    assert (Stream.PLANT, Stream.LINK) == (0, 6)
+    assert {sensor.name: sensor.stream for sensor in SENSORS[:5]} == {
+        "imu": 1,
+        "optic_flow": 2,
+        "sonar": 3,
+        "range_bearing": 4,
+        "localization": 5,
+    }
+    assert spawn_generator(42, 1, IMU.stream).integers(2**32) == 3226071672
+
+
+def test_no_stream_is_used_twice() -> None:
+    assert len(set(KEYS)) == len(KEYS)
+
+
+def test_the_same_key_gives_the_same_generator_to_all_that_share_it() -> None:
+    streams = Streams(7, 1)
+    assert streams[IMU.stream] is streams[IMU.stream]
+    assert streams[IMU.stream].integers(2**32) == spawn_generator(7, 1, IMU.stream).integers(2**32)

@@ -6,7 +6,7 @@ import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_core.arrays import Array
-from relform_core.sensors.range_bearing import Sector
+from relform_core.sensors.range_bearing import RANGE_BEARING, Sector
 
 FULL_CIRCLE_TOLERANCE = 1e-9
 
@@ -24,7 +24,7 @@ def view_margins(log: FlightLog) -> Array:
     p_BB_B = _into_body(p_BB_N, log.q_NB[:, :, None, :])
     x, y, z = np.moveaxis(p_BB_B, -1, 0)
     azimuth, elevation = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
-    sectors = log.scenario.config.sensors.range_bearing.sectors
+    sectors = log.scenario.config.sensors.of(RANGE_BEARING).sectors
     margins: Array = np.max([_sector_margin(sector, azimuth, elevation) for sector in sectors], axis=0)
     margins[:, np.arange(len(log.vehicles)), np.arange(len(log.vehicles))] = np.nan
     return margins

@@ -18,7 +18,7 @@ from relform_core.sensors.sensor import Measurement, Sensor
 from relform_msgs.msg import FormationEvent
 from relform_ros.conversions import rotor_command_from_msg
 from relform_ros.events import parameters_from_msg
-from relform_ros.sensors import SENSORS, sensors_of
+from relform_ros.sensors.wire import wire
 
 
 def read_recorded_flight(path: Path) -> RecordedFlight:
@@ -79,15 +79,14 @@ def _steps(
         given = {}
         for vehicle in config.team.vehicles:
             arrived: list[tuple[Sensor[Any, Any], Measurement]] = []
-            for sensor in sensors_of(vehicle, config.team):
-                topic = vehicle_topic(vehicle, sensor)
+            for sensor in config.sensors_of(vehicle):
+                topic = vehicle_topic(vehicle, sensor.name)
                 if (
                     topic in decided[step].input_topics
                     and (message := messages.get((topic, stamp_ns))) is not None
                 ):
                     msg = _deserialized(message)
-                    wire = SENSORS[sensor]
-                    arrived.append((wire.sensor, wire.from_msg(msg, vehicle, config.team.vehicles)))
+                    arrived.append((sensor, wire(sensor).from_msg(msg, vehicle, config.team.vehicles)))
             given[vehicle] = VehicleMeasurements.collect(arrived)
         commands = {}
         for vehicle in config.team.vehicles:

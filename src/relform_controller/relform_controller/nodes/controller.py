@@ -51,7 +51,7 @@ from relform_ros.lockstep import StepInbox
 from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
-from relform_ros.sensors import SENSORS, SensorWire, sensors_of
+from relform_ros.sensors.wire import Wire, wire
 
 TELEMETRY = (STATE, SOLVER, REFERENCE, EVENTS)
 """For observers; no vehicle waits for it."""
@@ -74,15 +74,15 @@ class Leader:
         self._solver_states: Counter[SolverState] = Counter()
         self._fallback_reason = ""
         topics = {
-            vehicle_topic(vehicle, sensor): (vehicle, SENSORS[sensor])
+            vehicle_topic(vehicle, sensor.name): (vehicle, wire(sensor))
             for vehicle in self._team.vehicles
-            for sensor in sensors_of(vehicle, self._team)
+            for sensor in config.sensors_of(vehicle)
         }
         self._inbox = StepInbox[Any](topics, self._period_ns)
         self._member = LockstepMember(node, spinner, scenario, read_observers(node))
         self._member.report = self._report
-        for topic, (vehicle, wire) in topics.items():
-            self._member.endpoints.subscribe(topic, self._measurement_callback(topic, vehicle, wire))
+        for topic, (vehicle, conversion) in topics.items():
+            self._member.endpoints.subscribe(topic, self._measurement_callback(topic, vehicle, conversion))
         node.create_service(SetFormation, "set_formation", self._on_set_formation)
 
     def run(self) -> None:
@@ -112,9 +112,9 @@ class Leader:
         messages = self._inbox.at(step)
         by_vehicle = {
             vehicle: VehicleMeasurements.collect(
-                (SENSORS[name].sensor, messages[topic])
-                for name in sensors_of(vehicle, self._team)
-                if (topic := vehicle_topic(vehicle, name)) in messages
+                (sensor, messages[topic])
+                for sensor in self._config.sensors_of(vehicle)
+                if (topic := vehicle_topic(vehicle, sensor.name)) in messages
             )
             for vehicle in self._team.vehicles
         }
@@ -166,9 +166,9 @@ class Leader:
         for topic, message in zip(TELEMETRY, telemetry, strict=True):
             self._member.fulfil(topic, message)
 
-    def _measurement_callback(self, topic: str, vehicle: str, wire: SensorWire) -> Callable[[Any], None]:
+    def _measurement_callback(self, topic: str, vehicle: str, conversion: Wire) -> Callable[[Any], None]:
         def on_measurement(msg: Any) -> None:
-            measurement = wire.from_msg(msg, vehicle, self._team.vehicles)
+            measurement = conversion.from_msg(msg, vehicle, self._team.vehicles)
             self._inbox.add(topic, measurement.stamp_ns, measurement)
 
         return on_measurement

@@ -44,7 +44,7 @@ class ClockServer:
         self._node = node
         self._spinner = spinner
         self._config = config
-        self._endpoints = Endpoints(node, topic_table(config.team, observers))
+        self._endpoints = Endpoints(node, topic_table(config, observers))
         self._members = members(config.team, observers)
         for member in self._members:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))

@@ -22,7 +22,7 @@ from relform_ros.lockstep import StepInbox
 from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
-from relform_ros.sensors import SENSORS
+from relform_ros.sensors.wire import wire
 from relform_sim.vehicle import Vehicle
 
 
@@ -35,6 +35,7 @@ class Quadrotor:
         self._name = _vehicle_name(node, config.team)
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
+        self._sensors = config.sensors_of(self._name)
         self._vehicle = Vehicle(config, scenario.seed, self._name)
         self._parameters = LiveParameters(node, vehicle_tuning(scenario))
         self._truth_topics = {name: vehicle_topic(name, GROUND_TRUTH) for name in config.team.vehicles}
@@ -92,9 +93,9 @@ class Quadrotor:
         return truths
 
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
-        for sensor, wire in SENSORS.items():
-            for measurement in measurements.arrived(wire.sensor):
-                self._publish(sensor, wire.to_msg(measurement, self._name))
+        for sensor in self._sensors:
+            for measurement in measurements.arrived(sensor):
+                self._publish(sensor.name, wire(sensor).to_msg(measurement, self._name))
 
     def _publish_fault(self, step: int, fault: str) -> None:
         header = header_to_msg(step * self._period_ns)

@@ -1,0 +1,33 @@
+"""How each sensor's measurement travels: its message and the conversions, found by the name of the sensor."""
+
+from collections.abc import Collection
+from importlib import import_module
+from typing import Any, Protocol, cast
+
+from relform_core.sensors.sensor import Sensor
+
+
+class Wire(Protocol):
+    """What the module of each sensor has.
+
+    As in ``conversions``, ``to_msg`` trusts its argument and ``from_msg`` does not.
+    """
+
+    MESSAGE: type[Any]
+
+    def to_msg(self, measurement: Any, vehicle: str) -> Any:
+        """Message of a measurement of this vehicle."""
+
+    def from_msg(self, msg: Any, vehicle: str, team: Collection[str]) -> Any:
+        """Measurement of this vehicle.
+
+        Args:
+            team: names of all vehicles.
+        Raises:
+            RejectionError: the message cannot be used.
+        """
+
+
+def wire(sensor: Sensor[Any, Any]) -> Wire:
+    """Message and conversions of a sensor, from the module of its name."""
+    return cast(Wire, import_module(f"relform_ros.sensors.{sensor.name}"))
