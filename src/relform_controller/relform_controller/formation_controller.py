@@ -10,8 +10,7 @@ from relform_controller.estimation.raw_feedback import Feedback, Prediction, Raw
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angle
 from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
-from relform_controller.reference.formation import FormationSchedule
-from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
+from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
 from relform_controller.solver.algorithm import ModifiedRti, SolverReport
 from relform_controller.solver.kernels import Kernels
 from relform_controller.solver.warm_start import hover_plan, shift, transform
@@ -78,20 +77,25 @@ class FormationController:
     Args:
         config: the scenario; of what it says about the vehicles the controller knows the nominal values only.
         clock: monotonic time [s], for the solver's reports.
+        mission: what the team is asked to fly; None: the phases of the scenario.
     """
 
-    def __init__(self, config: ScenarioConfig, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self,
+        config: ScenarioConfig,
+        clock: Callable[[], float] = time.perf_counter,
+        mission: Mission | None = None,
+    ) -> None:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
         self._thrust_coefficient = config.vehicle.thrust_coefficient
         self._hover_thrust = config.vehicle.hover_thrust
-        self._config = config
         self._warm_start = config.controller.solver.warm_start
         self._ocp = Ocp.from_config(config)
         self._kernels = Kernels(self._ocp)
         self._solver = ModifiedRti(self._ocp, self._kernels, config.controller.solver, clock)
-        self._trajectory = LeaderTrajectory(config, config.controller.horizon_steps)
-        self._formation = FormationSchedule(config)
+        self._mission = ScenarioMission(config) if mission is None else mission
+        self._horizon_ns = np.arange(self._ocp.n_stages + 1) * self._period_ns
         self._raw_feedback = RawFeedback(
             self._vehicles, config.controller.relative_yaw_std_max, config.controller.period
         )
@@ -105,21 +109,21 @@ class FormationController:
     @property
     def formation(self) -> Mapping[str, Vector3]:
         """What the team flies: position of each follower relative to the leader, without ramp [m]."""
-        return self._formation.by_follower
+        return self._mission.formation
 
     def set_weights(self, weights: WeightsConfig) -> None:
         """Weigh the terms of the cost otherwise from the next step on."""
         self._requested_weights = weights
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
-        """Fly another formation from the next step on, until the scenario changes it.
+        """Fly another formation from the next step on, until the mission changes it.
 
         Args:
             formation: position of each follower relative to the leader [m].
         Raises:
             ConfigError: the team cannot fly it.
         """
-        self._formation.request(formation)
+        self._mission.set_formation(formation)
 
     def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision:
         """`feedback`, then `prepare_next`."""
@@ -136,13 +140,10 @@ class FormationController:
         Raises:
             FlightError: the first measurements do not suffice to start.
         """
-        step, n_instants = measurements.step, self._ocp.n_stages + 1
-        self._formation.advance(step)
-        leader = self._trajectory.window(step, n_instants)
-        reference = HorizonReference(
-            self._formation.reference(step, n_instants), leader.p_NB_N, leader.yaw_NB
-        )
-        feedback = self._raw_feedback.update(measurements, float(leader.yaw_NB[0]), self._prediction)
+        self._mission.advance(measurements.arrival_ns)
+        asked = self._mission.reference(measurements.arrival_ns + self._horizon_ns)
+        reference = HorizonReference(asked.p_B1B2_C1, asked.leader.p_NB_N, asked.leader.yaw_NB)
+        feedback = self._raw_feedback.update(measurements, float(asked.leader.yaw_NB[0]), self._prediction)
         self._apply_weights()
         guess = self._guess
         if guess is None or self._warm_start == "cold":
@@ -153,7 +154,7 @@ class FormationController:
         )
         self._geometry = feedback.geometry
         self._applied_thrusts = self._plan.thrusts[:, 0]
-        return self._decision(measurements, feedback, leader, report)
+        return self._decision(measurements, feedback, asked, report)
 
     def prepare_next(self) -> None:
         """Shift and transform the plan into the {mi} frames of the next step, and prepare its first SQP step.
@@ -190,12 +191,12 @@ class FormationController:
         self,
         measurements: TeamMeasurements,
         feedback: Feedback,
-        leader: LeaderReference,
+        asked: MissionReference,
         report: SolverReport,
     ) -> Decision:
         assert self._plan is not None
         speeds = np.sqrt(self._plan.thrusts / self._thrust_coefficient)
-        formation = self._formation.target
+        leader, formation = asked.leader, asked.p_B1B2_C1__target
         names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
         return Decision(
             step=measurements.step,
@@ -220,7 +221,7 @@ class FormationController:
                 for pair, (observer, target) in enumerate(names)
             ),
             reference=TeamReference(
-                phase=self._config.phase_at(measurements.step).name,
+                phase=asked.phase,
                 p_NB_N=leader.p_NB_N[0],
                 v_NB_N=leader.v_NB_N[0],
                 yaw_NB=float(leader.yaw_NB[0]),

@@ -1,7 +1,10 @@
-"""The array type of the whole workspace."""
+"""The array types of the whole workspace."""
 
 import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-"""Double precision; shapes and units are told where it is used."""
+"""Double precision; shapes and units are named where it is used."""
+
+Integers = npt.NDArray[np.int64]
+"""Whole numbers, such as instants in nanoseconds."""

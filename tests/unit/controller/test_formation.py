@@ -11,6 +11,7 @@ from relform_core.errors import ConfigError
 from relform_core.scenario_config import ScenarioConfig
 from support.scenarios import paper_scenario, team_of
 
+PERIOD_NS = 50_000_000
 SWITCH = 220
 """Control step at which phase D changes the formation of the paper's scenario."""
 NEW = {"follower_1": (-2.0, -0.25, 0.5), "follower_2": (1.5, 2.0, -0.25)}
@@ -24,8 +25,8 @@ def follow(schedule: FormationSchedule, steps: range, n_instants: int = 1) -> np
     """The reference at every step, shape (step, pair, instant, 3)."""
     references = []
     for step in steps:
-        schedule.advance(step)
-        references.append(schedule.reference(step, n_instants))
+        schedule.advance(step * PERIOD_NS)
+        references.append(schedule.reference(np.arange(step, step + n_instants) * PERIOD_NS))
     return np.array(references)
 
 

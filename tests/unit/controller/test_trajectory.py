@@ -20,7 +20,8 @@ def config_with(*overrides: str, period: float = FINE) -> ScenarioConfig:
 
 
 def whole(config: ScenarioConfig) -> LeaderReference:
-    return LeaderTrajectory(config, N_EXTRA).window(0, config.n_steps + 1 + N_EXTRA)
+    stamps_ns = np.arange(config.n_steps + 1 + N_EXTRA) * config.period_ns
+    return LeaderTrajectory(config, N_EXTRA).at(stamps_ns)
 
 
 def phases(*phases: tuple[float, str]) -> str:
@@ -139,21 +140,33 @@ def test_the_reference_does_not_depend_on_the_control_period() -> None:
     np.testing.assert_allclose(coarse.yaw_NB[:n], PAPER.yaw_NB[::10][:n], atol=1e-3)
 
 
-def test_windows_show_parts_of_the_whole() -> None:
+def test_a_window_equals_a_part_of_the_whole() -> None:
     config = config_with(period=0.05)
-    trajectory, reference = LeaderTrajectory(config, N_EXTRA), whole(config)
-    window = trajectory.window(137, 16)
+    reference = whole(config)
+    window = LeaderTrajectory(config, N_EXTRA).at(np.arange(137, 153) * config.period_ns)
     np.testing.assert_array_equal(window.p_NB_N, reference.p_NB_N[137:153])
     np.testing.assert_array_equal(window.v_NB_N, reference.v_NB_N[137:153])
     np.testing.assert_array_equal(window.yaw_NB, reference.yaw_NB[137:153])
-    assert len(trajectory.window(config.n_steps, N_EXTRA + 1).yaw_NB) == N_EXTRA + 1
 
 
-@pytest.mark.parametrize(("first", "count"), [(540, 17), (556, 1), (-1, 3)])
-def test_a_window_beyond_what_is_known(first: int, count: int) -> None:
-    trajectory = LeaderTrajectory(config_with(period=0.05), N_EXTRA)
-    with pytest.raises(IndexError, match=f"^no reference at control steps {first} ... {first + count - 1}$"):
-        trajectory.window(first, count)
+def test_instants_between_control_steps() -> None:
+    """At a tenth of the control period the reference equals that of a finer control period."""
+    config = config_with(period=0.05)
+    between = LeaderTrajectory(config, N_EXTRA).at(np.arange(10 * config.n_steps) * (config.period_ns // 10))
+    n = 10 * config.n_steps
+    np.testing.assert_allclose(between.p_NB_N, PAPER.p_NB_N[:n], atol=1e-3)
+    np.testing.assert_allclose(between.v_NB_N, PAPER.v_NB_N[:n], atol=1e-3)
+    np.testing.assert_allclose(between.yaw_NB, PAPER.yaw_NB[:n], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("first", "count", "asked"), [(540, 17, "27, 27.8"), (556, 1, "27.8, 27.8"), (-1, 3, "-0.05, 0.05")]
+)
+def test_a_window_outside_the_flight_is_an_error(first: int, count: int, asked: str) -> None:
+    config = config_with(period=0.05)
+    expected = rf"^the leader's reference is known from 0 to 27.75 s \(asked for {asked} s\)$"
+    with pytest.raises(ValueError, match=expected):
+        LeaderTrajectory(config, N_EXTRA).at(np.arange(first, first + count) * config.period_ns)
 
 
 def test_smooth_step_by_hand() -> None:

@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from relform_core import names
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Integers
 from relform_core.errors import BagError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry
@@ -23,8 +22,6 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:  # the controller brings CasADi along, which only the flight itself needs
     from relform_controller.formation_controller import Decision
-
-Integers = npt.NDArray[np.int64]
 
 ROTORS = 4
 SOLVER_FIELDS = (

@@ -1,14 +1,13 @@
 """The formation reference: which shape the team shall have, and how a new one is blended in."""
 
 import itertools
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.reference.trajectory import smooth_step
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Integers
 from relform_core.errors import ConfigError
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
@@ -21,17 +20,18 @@ class FormationSchedule:
     """
 
     def __init__(self, config: ScenarioConfig) -> None:
-        self._vehicles = config.team.vehicles
-        self._pairs = ordered_pairs(len(self._vehicles))
+        self._team = config.team
+        self._pairs = ordered_pairs(len(self._team.vehicles))
         self._config = config
         self._period = config.controller.period
+        self._period_ns = config.period_ns
         self._ramp = config.controller.formation_ramp
-        self._by_step = _formation_starts(config)
+        self._by_stamp = _formation_starts(config)
         self.by_follower: Mapping[str, Vector3] = config.formations[config.phases[0].formation]
         """The present formation: position of each follower relative to the leader [m]."""
         self._target = self._pair_positions(self.by_follower)
         self._previous = self._target
-        self._changed_at = -math.inf
+        self._changed_ns = 0
         self._requested: Mapping[str, Vector3] | None = None
 
     def request(self, formation: Mapping[str, Vector3]) -> None:
@@ -46,37 +46,37 @@ class FormationSchedule:
             raise ConfigError(f"formation {problem}")
         self._requested = dict(formation)
 
-    def advance(self, step: int) -> None:
-        """Apply what the scenario or a request changes at this control step."""
-        formation = self._by_step.get(step) if self._requested is None else self._requested
+    def advance(self, stamp_ns: int) -> None:
+        """Apply what the scenario or a request changes at the control step of this instant [ns]."""
+        formation = self._by_stamp.get(stamp_ns) if self._requested is None else self._requested
         self._requested = None
         if formation is not None:
-            self._previous = self.reference(step, 1)[:, 0]
+            self._previous = self.reference(np.array([stamp_ns]))[:, 0]
             self.by_follower = formation
             self._target = self._pair_positions(formation)
-            self._changed_at = step
+            self._changed_ns = stamp_ns
 
     @property
     def target(self) -> Array:
         """The present formation without its ramp, shape (pair, 3)."""
         return self._target
 
-    def reference(self, step: int, n_instants: int) -> Array:
-        """What to track at instants ``step`` ..., a new formation blended in; shape (pair, instant, 3)."""
-        steps_since_change = np.arange(step, step + n_instants, dtype=np.float64) - self._changed_at
-        since_change = steps_since_change * self._period
+    def reference(self, stamps_ns: Integers) -> Array:
+        """What to track at these instants [ns], a new formation blended in; shape (pair, instant, 3)."""
+        since_change = (stamps_ns - self._changed_ns) / self._period_ns * self._period
         share = smooth_step(since_change, self._ramp)[:, None]
         return self._previous[:, None] + (self._target - self._previous)[:, None] * share
 
     def _pair_positions(self, formation: Mapping[str, Vector3]) -> Array:
-        places = np.array([(0.0, 0.0, 0.0), *(formation[name] for name in self._vehicles[1:])])
+        by_vehicle = {self._team.leader: (0.0, 0.0, 0.0), **formation}
+        places = np.array([by_vehicle[name] for name in self._team.vehicles])
         return np.array([places[j] - places[i] for i, j in self._pairs])
 
 
 def _formation_starts(config: ScenarioConfig) -> dict[int, Mapping[str, Vector3]]:
-    """The formation of each phase that changes it, by the control step at which the phase starts."""
+    """The formation of each phase that changes it, by the instant at which the phase starts [ns]."""
     return {
-        step: config.formations[phase.formation]
+        step * config.period_ns: config.formations[phase.formation]
         for step, (before, phase) in zip(
             config.phase_starts[1:], itertools.pairwise(config.phases), strict=True
         )

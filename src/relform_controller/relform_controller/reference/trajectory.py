@@ -10,16 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Integers
 from relform_core.scenario_config import Hover, Motion, ScenarioConfig, Spiral, Straight, Turn
+from relform_core.units import NANOSECONDS_PER_SECOND
 
-_SUBSTEPS = 40
+_SAMPLES = 8
+"""Samples per control period that are kept; between them the reference is interpolated linearly."""
+_SUBSTEPS = 5 * _SAMPLES
 """Integration steps per control period."""
 
 
 @dataclass(frozen=True, eq=False)
 class LeaderReference:
-    """Reference of the leader at consecutive control instants."""
+    """Reference of the leader at consecutive instants."""
 
     p_NB_N: Array
     """[m], shape (instant, 3)."""
@@ -30,14 +33,15 @@ class LeaderReference:
 
 
 class LeaderTrajectory:
-    """Reference of the leader at every control instant of a flight; after the last phase its motion goes on.
+    """Reference of the leader during a flight; the motion of the last phase continues after the end.
 
     Args:
         config: the scenario.
-        n_extra: control instants beyond the end that must be known, normally the length of the horizon.
+        n_extra: control periods after the end that are known too, normally the length of the horizon.
     """
 
     def __init__(self, config: ScenarioConfig, n_extra: int) -> None:
+        self._period_ns = config.period_ns
         n_instants = config.n_steps + 1 + n_extra
         step = config.controller.period / _SUBSTEPS
         time = np.linspace(0.0, (n_instants - 1) * config.controller.period, (n_instants - 1) * _SUBSTEPS + 1)
@@ -45,18 +49,34 @@ class LeaderTrajectory:
         yaw_NB = config.start.yaw + _integral(turn_rate, step)
         v_NB_N = np.stack([speed * np.cos(yaw_NB), speed * np.sin(yaw_NB), climb], axis=-1)
         p_NB_N = np.array(config.start.position) + _integral(v_NB_N, step)
-        self._all = LeaderReference(p_NB_N[::_SUBSTEPS], v_NB_N[::_SUBSTEPS], yaw_NB[::_SUBSTEPS])
+        every = slice(None, None, _SUBSTEPS // _SAMPLES)
+        self._samples = LeaderReference(p_NB_N[every], v_NB_N[every], yaw_NB[every])
 
-    def window(self, first_step: int, n_instants: int) -> LeaderReference:
-        """The reference at control instants ``first_step`` ... ``first_step + n_instants - 1``.
+    def at(self, stamps_ns: Integers) -> LeaderReference:
+        """The reference at instants since the start of the flight [ns], shape (instant,).
 
         Raises:
-            IndexError: beyond what is known.
+            ValueError: an instant before the start, or later than what is known.
         """
-        window = slice(first_step, first_step + n_instants)
-        if first_step < 0 or window.stop > len(self._all.yaw_NB):
-            raise IndexError(f"no reference at control steps {first_step} ... {window.stop - 1}")
-        return LeaderReference(self._all.p_NB_N[window], self._all.v_NB_N[window], self._all.yaw_NB[window])
+        position = stamps_ns / self._period_ns * _SAMPLES
+        last = len(self._samples.yaw_NB) - 1
+        if position.min() < 0 or position.max() > last:
+            end = last // _SAMPLES * self._period_ns / NANOSECONDS_PER_SECOND
+            shown = ", ".join(f"{stamp / NANOSECONDS_PER_SECOND:g}" for stamp in stamps_ns[[0, -1]])
+            raise ValueError(f"the leader's reference is known from 0 to {end:g} s (asked for {shown} s)")
+        before = np.floor(position).astype(np.int64)
+        after = np.minimum(before + 1, last)
+        share = position - before
+
+        def interpolate(samples: Array) -> Array:
+            weight = share.reshape(-1, *[1] * (samples.ndim - 1))
+            return samples[before] + (samples[after] - samples[before]) * weight
+
+        return LeaderReference(
+            interpolate(self._samples.p_NB_N),
+            interpolate(self._samples.v_NB_N),
+            interpolate(self._samples.yaw_NB),
+        )
 
 
 def _profiles(config: ScenarioConfig, time: Array) -> tuple[Array, Array, Array]:

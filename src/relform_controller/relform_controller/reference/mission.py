@@ -1,0 +1,83 @@
+"""What the team is asked to fly: a mission gives the reference at any time and takes requests in flight."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from relform_controller.reference.formation import FormationSchedule
+from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
+from relform_core.arrays import Array, Integers
+from relform_core.scenario_config import ScenarioConfig
+from relform_core.schema import Vector3
+
+
+@dataclass(frozen=True, eq=False)
+class MissionReference:
+    """What to track at consecutive instants."""
+
+    phase: str
+    """Name of the phase at the first instant."""
+    leader: LeaderReference
+    p_B1B2_C1: Array
+    """Formation, a new one blended in: position of the target in {mc} of the observer [m], shape
+    (pair, instant, 3)."""
+    p_B1B2_C1__target: Array
+    """Formation at the first instant, without its ramp [m], shape (pair, 3)."""
+
+
+class Mission(Protocol):
+    """The task of one flight. Instants are simulation time since the start of the flight [ns]."""
+
+    @property
+    def formation(self) -> Mapping[str, Vector3]:
+        """The present formation without its ramp: each follower relative to the leader [m]."""
+
+    def set_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """Fly another formation from the next control step on.
+
+        Args:
+            formation: position of each follower relative to the leader [m].
+        Raises:
+            ConfigError: the team cannot fly it; the message gives the reason.
+        """
+
+    def advance(self, stamp_ns: int) -> None:
+        """Start the control step at this instant: apply what the mission or a request changes there."""
+
+    def reference(self, stamps_ns: Integers) -> MissionReference:
+        """What to track at instants from the present control step on, shape (instant,).
+
+        Raises:
+            ValueError: the mission has no reference at one of these instants.
+        """
+
+
+class ScenarioMission:
+    """The phases of a scenario, one after the other; a request holds until a phase changes the formation."""
+
+    def __init__(self, config: ScenarioConfig) -> None:
+        self._config = config
+        self._trajectory = LeaderTrajectory(config, config.controller.horizon_steps)
+        self._schedule = FormationSchedule(config)
+
+    @property
+    def formation(self) -> Mapping[str, Vector3]:
+        """See ``Mission``."""
+        return self._schedule.by_follower
+
+    def set_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """See ``Mission``."""
+        self._schedule.request(formation)
+
+    def advance(self, stamp_ns: int) -> None:
+        """See ``Mission``."""
+        self._schedule.advance(stamp_ns)
+
+    def reference(self, stamps_ns: Integers) -> MissionReference:
+        """See ``Mission``; the scenario's last motion continues for one horizon after the end."""
+        return MissionReference(
+            phase=self._config.phase_at(int(stamps_ns[0]) // self._config.period_ns).name,
+            leader=self._trajectory.at(stamps_ns),
+            p_B1B2_C1=self._schedule.reference(stamps_ns),
+            p_B1B2_C1__target=self._schedule.target,
+        )
