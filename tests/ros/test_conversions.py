@@ -4,7 +4,6 @@ import inspect
 import math
 import re
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 
 from relform_core.measurements import Odometry, RotorCommand
 from relform_core.sensors.imu import Imu
@@ -21,13 +20,15 @@ from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor
 from relform_core.sensors.sonar import Sonar
-from relform_ros import conversions
+from relform_ros import commands
+from relform_ros import odometry as odometry_wire
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.sensors import imu as imu_wire
 from relform_ros.sensors import optic_flow as flow_wire
 from relform_ros.sensors import range_bearing as bearings_wire
 from relform_ros.sensors import sonar as sonar_wire
 from relform_ros.sensors.wire import wire
+from support.wire import bits, over_the_wire
 
 TEAM = ("leader", "follower_1", "follower_2")
 NAME = "follower_1"
@@ -109,25 +110,6 @@ ROTOR_COMMAND = st.builds(
 )
 
 
-def bits(value: Any) -> Any:
-    """Something that is equal only if every bit is: -0.0 is not 0.0, shapes and types count."""
-    match value:
-        case np.ndarray():
-            return value.dtype.str, value.shape, value.tobytes()
-        case float():
-            return value.hex()
-        case dict():
-            return [(key, bits(each)) for key, each in value.items()]
-        case _ if is_dataclass(value):
-            return [(field.name, bits(getattr(value, field.name))) for field in fields(value)]
-        case _:
-            return type(value), value
-
-
-def over_the_wire(message: Any) -> Any:
-    return deserialize_message(serialize_message(message), type(message))
-
-
 @given(IMU)
 def test_imu_roundtrip(imu: Imu) -> None:
     message = over_the_wire(imu_wire.to_msg(imu, NAME))
@@ -154,14 +136,14 @@ def test_range_bearings_roundtrip(bearings: RangeBearings) -> None:
 
 @given(ODOMETRY)
 def test_odometry_roundtrip(odometry: Odometry) -> None:
-    message = over_the_wire(conversions.odometry_to_msg(odometry, NAME))
-    assert bits(conversions.odometry_from_msg(message, NAME)) == bits(odometry)
+    message = over_the_wire(odometry_wire.odometry_to_msg(odometry, NAME))
+    assert bits(odometry_wire.odometry_from_msg(message, NAME)) == bits(odometry)
 
 
 @given(ROTOR_COMMAND)
 def test_rotor_command_roundtrip(command: RotorCommand) -> None:
-    message = over_the_wire(conversions.rotor_command_to_msg(command, NAME))
-    assert bits(conversions.rotor_command_from_msg(message, NAME)) == bits(command)
+    message = over_the_wire(commands.rotor_command_to_msg(command, NAME))
+    assert bits(commands.rotor_command_from_msg(message, NAME)) == bits(command)
 
 
 EYE3, EYE6 = np.eye(3), np.eye(6)
@@ -188,12 +170,14 @@ def bearings_message() -> Any:
 
 
 def odometry_message() -> Any:
-    return conversions.odometry_to_msg(Odometry(STAMP_NS, VECTOR, ATTITUDE, VECTOR, VECTOR, EYE6, EYE6), NAME)
+    return odometry_wire.odometry_to_msg(
+        Odometry(STAMP_NS, VECTOR, ATTITUDE, VECTOR, VECTOR, EYE6, EYE6), NAME
+    )
 
 
 def command_message() -> Any:
     speeds = np.arange(500.0, 504.0)
-    return conversions.rotor_command_to_msg(
+    return commands.rotor_command_to_msg(
         RotorCommand(STAMP_NS, 50_000_000, speeds, np.tile(speeds, (14, 1))), NAME
     )
 
@@ -203,8 +187,8 @@ KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "flow": (flow_message, lambda message: flow_wire.from_msg(message, NAME, TEAM)),
     "sonar": (sonar_message, lambda message: sonar_wire.from_msg(message, NAME, TEAM)),
     "bearings": (bearings_message, lambda message: bearings_wire.from_msg(message, NAME, TEAM)),
-    "odometry": (odometry_message, lambda message: conversions.odometry_from_msg(message, NAME)),
-    "command": (command_message, lambda message: conversions.rotor_command_from_msg(message, NAME)),
+    "odometry": (odometry_message, lambda message: odometry_wire.odometry_from_msg(message, NAME)),
+    "command": (command_message, lambda message: commands.rotor_command_from_msg(message, NAME)),
 }
 NAN, INF = math.nan, math.inf
 
@@ -313,7 +297,7 @@ def test_a_plan_of_a_broken_interval_is_rejected() -> None:
     message = command_message()
     message.predicted_speeds.pop()
     with pytest.raises(RejectionError, match=re.escape("must hold 4 per interval (got 55)")):
-        conversions.rotor_command_from_msg(over_the_wire(message), NAME)
+        commands.rotor_command_from_msg(over_the_wire(message), NAME)
 
 
 def test_an_optic_flow_says_that_it_does_not_measure_rates() -> None:

@@ -27,7 +27,6 @@ from relform_analysis.replay.replay import replay
 from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_core.names import CONTROLLER_NODE, EVENTS, RECORDER_NODE, REFERENCE, vehicle_node
 from relform_msgs.msg import FormationEvent, FormationReference, FormationState, StepDone
-from relform_ros.events import parameters_from_msg
 from relform_ros.qos import LATCHED
 from support.nodes import HOVER, Nodes, short
 from support.observer import Observer
@@ -161,11 +160,16 @@ def test_parameters_say_what_they_are(flown: ChangedFlight) -> None:
     assert weight.additional_constraints == "greater than 0"
 
 
+def changed_by(event: FormationEvent) -> dict[str, float]:
+    """The changed parameters of an event."""
+    return dict(zip(event.parameter_names, event.parameter_values, strict=True))
+
+
 def test_what_a_node_was_started_with_holds_from_the_first_step_on(flown: ChangedFlight) -> None:
     assert flown.at_start == [10.0, [-1.0, -0.5, -0.5], 12.0]
     first = flown.events[0]
     assert (first.step, first.source) == (0, CONTROLLER_NODE)
-    assert parameters_from_msg(first) == {"weights.torque_per_n2_m2": 12.0}
+    assert changed_by(first) == {"weights.torque_per_n2_m2": 12.0}
 
 
 def test_refusals_name_key_value_and_bound(flown: ChangedFlight) -> None:
@@ -191,7 +195,7 @@ def test_of_a_change_with_one_bad_value_nothing_happens(flown: ChangedFlight) ->
 def test_changes_are_events_of_the_step_from_which_they_hold(flown: ChangedFlight) -> None:
     assert set(flown.accepted) == {""}
     changes = [
-        (event.source, parameters_from_msg(event), [place.target_id for place in event.formation])
+        (event.source, changed_by(event), [place.target_id for place in event.formation])
         for event in flown.events[1:]
     ]
     both = list(VEHICLES[1:])

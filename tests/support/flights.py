@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from relform_analysis.flight.simulate import simulate
-from relform_controller.formation_controller import Decision, FormationController
+from relform_controller.formation_controller import FormationController
 from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_core.telemetry import Decision
 
 AGILE = (
     "phases=["

@@ -60,16 +60,18 @@ def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Any:
             formation={pair: np.array(position) for pair, position in FORMATION.items()},
             **{name: changes.get(name, value) for name, value in reference.items()},
         ),
-        pairs=[
-            SimpleNamespace(
-                observer=observer,
-                target=target,
-                p_B1B2_C1__est=np.array(position) + 0.01,
-                yaw_I1I2=0.25,
-                yaw_variance=0.04,
-            )
-            for (observer, target), position in FORMATION.items()
-        ],
+        state=SimpleNamespace(
+            pairs=[
+                SimpleNamespace(
+                    observer=observer,
+                    target=target,
+                    p_B1B2_C1__est=np.array(position) + 0.01,
+                    yaw_I1I2=0.25,
+                    yaw_variance=0.04,
+                )
+                for (observer, target), position in FORMATION.items()
+            ]
+        ),
         commands={
             vehicle: SimpleNamespace(speeds=np.array(speeds.get(vehicle, [400.0, 410.0, 420.0, 430.0])))
             for vehicle in ("leader", "follower_1", "follower_2")

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,61 +10,14 @@ from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angle
 from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
-from relform_controller.solver.algorithm import ModifiedRti, SolverReport
+from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.kernels import Kernels
 from relform_controller.solver.warm_start import hover_plan, shift, transform
-from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
-
-
-@dataclass(frozen=True, eq=False)
-class PairEstimate:
-    """One ordered pair as the controller sees it (PairState.msg)."""
-
-    observer: str
-    target: str
-    p_B1B2_C1__est: Array
-    """[m], shape (3,)."""
-    p_B1B2_C1__ref: Array
-    """Target of the formation, without its ramp [m], shape (3,)."""
-    yaw_I1I2: float
-    yaw_variance: float
-    yaw_held: bool
-
-
-@dataclass(frozen=True, eq=False)
-class TeamReference:
-    """What the controller was asked to track at one instant (FormationReference.msg)."""
-
-    phase: str
-    p_NB_N: Array
-    """Of the leader [m], shape (3,)."""
-    v_NB_N: Array
-    """Of the leader [m/s], shape (3,)."""
-    yaw_NB: float
-    """Of the leader, continuous [rad]."""
-    formation: Mapping[tuple[str, str], Array]
-    """p_B1B2_C1 by (observer, target), without ramp [m]."""
-
-
-@dataclass(frozen=True, eq=False)
-class Decision:
-    """Everything that one control step decided and saw."""
-
-    step: int
-    stamp_ns: int
-    commands: Mapping[str, RotorCommand]
-    """By vehicle name, in team order."""
-    solver: SolverReport
-    pairs: tuple[PairEstimate, ...]
-    reference: TeamReference
-    leader_position_error: float
-    """Norm of measured minus reference position [m]."""
-    leader_yaw_error: float
-    """Measured minus reference yaw [rad], in (-pi, pi]."""
+from relform_core.telemetry import Decision, PairEstimate, SolverReport, TeamReference, TeamState
 
 
 class FormationController:
@@ -208,17 +160,23 @@ class FormationController:
                 for vehicle, name in enumerate(self._vehicles)
             },
             solver=report,
-            pairs=tuple(
-                PairEstimate(
-                    observer=observer,
-                    target=target,
-                    p_B1B2_C1__est=feedback.geometry.p_I1I2_I1[pair],  # {mi} and {mc} coincide at the start
-                    p_B1B2_C1__ref=formation[pair],
-                    yaw_I1I2=feedback.yaw_estimates[pair].yaw,
-                    yaw_variance=feedback.yaw_estimates[pair].variance,
-                    yaw_held=feedback.yaw_held[pair],
-                )
-                for pair, (observer, target) in enumerate(names)
+            state=TeamState(
+                phase=asked.phase,
+                pairs=tuple(
+                    PairEstimate(
+                        observer=observer,
+                        target=target,
+                        # {mi} and {mc} coincide at the start of the horizon.
+                        p_B1B2_C1__est=feedback.geometry.p_I1I2_I1[pair],
+                        p_B1B2_C1__ref=formation[pair],
+                        yaw_I1I2=feedback.yaw_estimates[pair].yaw,
+                        yaw_variance=feedback.yaw_estimates[pair].variance,
+                        yaw_held=feedback.yaw_held[pair],
+                    )
+                    for pair, (observer, target) in enumerate(names)
+                ),
+                leader_position_error=float(np.linalg.norm(feedback.geometry.p_NI_N - leader.p_NB_N[0])),
+                leader_yaw_error=wrap_angle(feedback.geometry.yaw_NI - float(leader.yaw_NB[0])),
             ),
             reference=TeamReference(
                 phase=asked.phase,
@@ -227,6 +185,4 @@ class FormationController:
                 yaw_NB=float(leader.yaw_NB[0]),
                 formation=dict(zip(names, formation, strict=True)),
             ),
-            leader_position_error=float(np.linalg.norm(feedback.geometry.p_NI_N - leader.p_NB_N[0])),
-            leader_yaw_error=wrap_angle(feedback.geometry.yaw_NI - float(leader.yaw_NB[0])),
         )

@@ -1,25 +1,111 @@
-"""Events on /formation/events that several nodes send or read."""
+"""Events of a flight to messages and back, and the formations that events and requests hold.
 
-from collections.abc import Mapping
+As in ``fields``, ``*_to_msg`` trusts its argument, ``*_from_msg`` raises ``RejectionError``.
+"""
 
-from relform_core.tuning import Value
-from relform_msgs.msg import FormationEvent
-from relform_ros.fields import header_to_msg
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from relform_core.names import EventKind
+from relform_core.scenario_config import TeamConfig
+from relform_core.schema import Vector3
+from relform_core.telemetry import Event, FaultReported, FormationSet, ParametersSet, PerStep, StepDecided
+from relform_msgs.msg import FormationEvent as FormationEventMsg
+from relform_msgs.msg import RelativePosition as RelativePositionMsg
+from relform_ros.fields import (
+    header_from_msg,
+    header_to_msg,
+    stamp_from_msg,
+    stamp_to_msg,
+    vector_from_msg,
+    vector_to_msg,
+)
+from relform_ros.rejection import Reason, RejectionError
 
 
-def parameters_to_msg(step: int, period_ns: int, source: str, changes: Mapping[str, Value]) -> FormationEvent:
-    """Numbers among the parameters of ``source`` were changed, and apply from a step on."""
-    return FormationEvent(
-        header=header_to_msg(step * period_ns),
-        step=step,
-        kind=FormationEvent.SET_PARAMETERS,
-        source=source,
-        description="changed by parameters",
-        parameter_names=list(changes),
-        parameter_values=list(changes.values()),
-    )
+def event_to_msg(event: PerStep[Event], team: TeamConfig) -> FormationEventMsg:
+    """An event of a flight."""
+    msg = FormationEventMsg(header=header_to_msg(event.stamp_ns), step=event.step, source=event.value.source)
+    match event.value.content:
+        case StepDecided(inputs, sqp_steps):
+            msg.kind = EventKind.STEP.value
+            msg.input_topics = [topic for topic, _ in inputs]
+            msg.input_stamps = [stamp_to_msg(stamp_ns) for _, stamp_ns in inputs]
+            msg.sqp_steps = sqp_steps
+        case FormationSet(formation):
+            msg.kind = EventKind.SET_FORMATION.value
+            msg.description = "requested by service or parameters"
+            msg.formation = formation_to_msgs(formation, team)
+        case ParametersSet(changes):
+            msg.kind = EventKind.SET_PARAMETERS.value
+            msg.description = "changed by parameters"
+            msg.parameter_names = list(changes)
+            msg.parameter_values = list(changes.values())
+        case FaultReported(description):
+            msg.kind = EventKind.FAULT.value
+            msg.description = description
+    return msg
 
 
-def parameters_from_msg(msg: FormationEvent) -> dict[str, Value]:
-    """The changed parameters of an event."""
-    return dict(zip(msg.parameter_names, msg.parameter_values, strict=True))
+def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
+    """An event of a flight.
+
+    Raises:
+        RejectionError: see the module; also an unknown kind, or lists that differ in length.
+    """
+    stamp_ns = header_from_msg(msg.header, "")
+    content: StepDecided | FormationSet | ParametersSet | FaultReported
+    match msg.kind:
+        case EventKind.STEP:
+            _check_lengths(msg, "input_topics", "input_stamps")
+            stamps_ns = map(stamp_from_msg, msg.input_stamps)
+            content = StepDecided(tuple(zip(msg.input_topics, stamps_ns, strict=True)), msg.sqp_steps)
+        case EventKind.SET_FORMATION:
+            content = FormationSet(formation_from_msgs(msg.formation, team))
+        case EventKind.SET_PARAMETERS:
+            _check_lengths(msg, "parameter_names", "parameter_values")
+            content = ParametersSet(dict(zip(msg.parameter_names, msg.parameter_values, strict=True)))
+        case EventKind.FAULT:
+            content = FaultReported(msg.description)
+        case _:
+            known = ", ".join(f"{kind.value} ({kind.name})" for kind in EventKind)
+            raise RejectionError(Reason.INVALID, f"kind must be one of {known} (got {msg.kind})")
+    return PerStep(msg.step, stamp_ns, Event(msg.source, content))
+
+
+def formation_to_msgs(formation: Mapping[str, Vector3], team: TeamConfig) -> list[RelativePositionMsg]:
+    """Position of each follower relative to the leader."""
+    return [
+        RelativePositionMsg(
+            observer_id=team.leader, target_id=follower, position=vector_to_msg(np.array(formation[follower]))
+        )
+        for follower in team.followers
+    ]
+
+
+def formation_from_msgs(msgs: Iterable[RelativePositionMsg], team: TeamConfig) -> dict[str, Vector3]:
+    """Position of each follower relative to the leader; whether the team can fly it is not checked.
+
+    Raises:
+        RejectionError: the observer is not the leader, a target is named twice, or a position is not finite.
+    """
+    formation: dict[str, Vector3] = {}
+    for msg in msgs:
+        if msg.observer_id != team.leader:
+            raise RejectionError(
+                Reason.INVALID, f"observer_id must be the leader '{team.leader}' (got '{msg.observer_id}')"
+            )
+        if msg.target_id in formation:
+            raise RejectionError(Reason.INVALID, f"target_id '{msg.target_id}' is named twice")
+        x, y, z = vector_from_msg(msg.position, f"position of '{msg.target_id}'").tolist()
+        formation[msg.target_id] = (x, y, z)
+    return formation
+
+
+def _check_lengths(msg: FormationEventMsg, names: str, values: str) -> None:
+    lengths = len(getattr(msg, names)), len(getattr(msg, values))
+    if lengths[0] != lengths[1]:
+        raise RejectionError(
+            Reason.INVALID, f"{names} and {values} must have the same length (got {lengths[0]}, {lengths[1]})"
+        )

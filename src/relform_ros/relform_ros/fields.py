@@ -1,6 +1,7 @@
 """Fields that many messages share: stamps, headers, vectors, quaternions, covariances.
 
-As in ``conversions``, ``*_to_msg`` trusts its argument, ``*_from_msg`` raises ``RejectionError``.
+Here as in all conversions, ``*_to_msg`` trusts its argument and ``*_from_msg`` does not: it raises
+``RejectionError`` with the reason for everything that cannot be used, so that no code after it checks again.
 """
 
 import math

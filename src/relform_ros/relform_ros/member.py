@@ -14,13 +14,13 @@ from relform_core.errors import ConfigError, FlightError
 from relform_core.load import LoadedScenario
 from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, step_done_topic
 from relform_msgs.msg import StepDone
-from relform_ros.conversions import done_from_msg, done_to_msg
 from relform_ros.diagnostics import diagnostics_to_msg, is_due
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_from_msg
 from relform_ros.lockstep import JOINED, READY, Announcements, Done, step_at
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
+from relform_ros.step_done import done_from_msg, done_to_msg
 from relform_ros.topics import members, topic_table
 
 DISCOVERY_POLL_S = 0.01

@@ -40,7 +40,7 @@ def messages_of_step(stamp_ns: int) -> dict[str, Any]:
             yaw=pair.yaw_I1I2,
             yaw_variance=pair.yaw_variance,
         )
-        for pair in decided.pairs
+        for pair in decided.state.pairs
     ]
     messages: dict[str, Any] = {
         "/formation/reference": SimpleNamespace(

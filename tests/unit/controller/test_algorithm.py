@@ -9,12 +9,13 @@ import pytest
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
-from relform_controller.solver.algorithm import ModifiedRti, SolverReport
+from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.dense.box_qp import QpError
 from relform_controller.solver.dense.rti import RealTimeIteration
 from relform_controller.solver.kernels import Kernels
 from relform_controller.solver.warm_start import hover_plan
 from relform_core.names import SolverState
+from relform_core.telemetry import SolverReport
 from support.problems import random_problem
 from support.world import Array
 

@@ -94,7 +94,7 @@ def test_decisions_of_the_past_stay_as_they_were() -> None:
         np.testing.assert_array_equal(
             first.commands[name].predicted_speeds, kept.commands[name].predicted_speeds
         )
-    for pair, kept_pair in zip(first.pairs, kept.pairs, strict=True):
+    for pair, kept_pair in zip(first.state.pairs, kept.state.pairs, strict=True):
         np.testing.assert_array_equal(pair.p_B1B2_C1__est, kept_pair.p_B1B2_C1__est)
 
 
@@ -131,10 +131,10 @@ def test_what_was_asked_and_seen_is_told() -> None:
         phase, width = ("P", 0.5) if step < 20 else ("Q", 0.75)
         assert decision.reference.phase == phase
         np.testing.assert_allclose(decision.reference.formation["leader", "follower_1"], [-1.0, -width, -0.5])
-        assert [(pair.observer, pair.target) for pair in decision.pairs] == list(
+        assert [(pair.observer, pair.target) for pair in decision.state.pairs] == list(
             itertools.permutations(NAMES, 2)
         )
-        for pair in decision.pairs:
+        for pair in decision.state.pairs:
             np.testing.assert_array_equal(
                 pair.p_B1B2_C1__ref, decision.reference.formation[pair.observer, pair.target]
             )
@@ -144,9 +144,9 @@ def test_what_was_asked_and_seen_is_told() -> None:
         localization = MEASURED[step].by_vehicle["leader"].newest(LOCALIZATION)
         assert localization is not None
         expected = np.linalg.norm(localization.p_NB_N - decision.reference.p_NB_N)
-        assert decision.leader_position_error == pytest.approx(expected)
+        assert decision.state.leader_position_error == pytest.approx(expected)
         yaw = Rotation.from_quat(localization.q_NB).as_euler("ZYX")[0]
-        assert decision.leader_yaw_error == pytest.approx(yaw - decision.reference.yaw_NB, abs=1e-9)
+        assert decision.state.leader_yaw_error == pytest.approx(yaw - decision.reference.yaw_NB, abs=1e-9)
 
 
 def test_the_start_is_solved_to_its_tolerance_and_then_the_steps_are_few() -> None:
@@ -205,11 +205,11 @@ def test_what_is_lost_in_one_step_is_predicted(lost: dict[str, tuple[str, ...]],
     for name, sensors in lost.items():
         measurements = replaced(measurements, name, **dict.fromkeys(sensors))
     found, expected = controller.step(measurements), EXACT_DECIDED[step]
-    for pair, usual in zip(found.pairs, expected.pairs, strict=True):
+    for pair, usual in zip(found.state.pairs, expected.state.pairs, strict=True):
         np.testing.assert_allclose(pair.p_B1B2_C1__est, usual.p_B1B2_C1__est, atol=1e-3)
         assert abs(pair.yaw_I1I2 - usual.yaw_I1I2) < 5e-3
-    assert found.leader_position_error == pytest.approx(expected.leader_position_error, abs=1e-3)
-    assert found.leader_yaw_error == pytest.approx(expected.leader_yaw_error, abs=1e-3)
+    assert found.state.leader_position_error == pytest.approx(expected.state.leader_position_error, abs=1e-3)
+    assert found.state.leader_yaw_error == pytest.approx(expected.state.leader_yaw_error, abs=1e-3)
     np.testing.assert_allclose(
         all_speeds([found]), all_speeds([expected]), atol=1.0
     )  # rad/s; the commands change by up to 31 in a step

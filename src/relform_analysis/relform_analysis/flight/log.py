@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +18,8 @@ from relform_core.errors import BagError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry
 from relform_core.names import EventKind
+from relform_core.telemetry import Decision
 from relform_core.units import NANOSECONDS_PER_SECOND
-
-if TYPE_CHECKING:  # the controller brings CasADi along, which only the flight itself needs
-    from relform_controller.formation_controller import Decision
 
 ROTORS = 4
 SOLVER_FIELDS = (
@@ -141,7 +139,7 @@ class FlightLogBuilder:
         self._add_reference(stamp_ns, reference.phase, reference.p_NB_N, reference.v_NB_N, reference.yaw_NB)
         for (observer, target), position in reference.formation.items():
             self._step(stamp_ns).p_BB_C__ref[self._index[observer], self._index[target]] = position
-        for pair in decision.pairs:
+        for pair in decision.state.pairs:
             self._add_pair(
                 stamp_ns, (pair.observer, pair.target), pair.p_B1B2_C1__est, pair.yaw_I1I2, pair.yaw_variance
             )

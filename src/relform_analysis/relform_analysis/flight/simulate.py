@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_controller.blas import one_blas_thread
-from relform_controller.formation_controller import Decision, FormationController
+from relform_controller.formation_controller import FormationController
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand, TeamMeasurements
+from relform_core.telemetry import Decision
 from relform_sim.vehicle import Vehicle
 
 

@@ -14,10 +14,13 @@ from relform_core.errors import BagError, MessageError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.names import CONFIG_ATTACHMENT, CONTROLLER_NODE, EVENTS, ROTOR_SPEEDS, vehicle_topic
+from relform_core.schema import Vector3
 from relform_core.sensors.sensor import Measurement, Sensor
-from relform_msgs.msg import FormationEvent
-from relform_ros.conversions import rotor_command_from_msg
-from relform_ros.events import parameters_from_msg
+from relform_core.telemetry import FormationSet, ParametersSet, StepDecided
+from relform_core.tuning import Value
+from relform_msgs.msg import FormationEvent as FormationEventMsg
+from relform_ros.commands import rotor_command_from_msg
+from relform_ros.events import event_from_msg
 from relform_ros.sensors.wire import wire
 
 
@@ -32,7 +35,7 @@ def read_recorded_flight(path: Path) -> RecordedFlight:
     file = find_bag(path)
     config_text: str | None = None
     messages: dict[tuple[str, int], Any] = {}
-    events: list[FormationEvent] = []
+    events: list[FormationEventMsg] = []
     for entry in read_bag(file):
         match entry:
             case BagAttachment(name, text) if name == CONFIG_ATTACHMENT:
@@ -56,35 +59,34 @@ def read_recorded_flight(path: Path) -> RecordedFlight:
 
 
 def _steps(
-    scenario: LoadedScenario, messages: Mapping[tuple[str, int], Any], events: list[FormationEvent]
+    scenario: LoadedScenario, messages: Mapping[tuple[str, int], Any], events: list[FormationEventMsg]
 ) -> tuple[RecordedStep, ...]:
     """The steps from the first one on for which everything is there."""
     config = scenario.config
-    formations = {
-        event.step: {each.target_id: _xyz(each.position) for each in event.formation}
-        for event in events
-        if event.kind == FormationEvent.SET_FORMATION
-    }
-    parameters = {
-        event.step: parameters_from_msg(event)
-        for event in events
-        if event.kind == FormationEvent.SET_PARAMETERS and event.source == CONTROLLER_NODE
-    }
-    decided = {event.step: event for event in events if event.kind == FormationEvent.STEP}
+    formations: dict[int, Mapping[str, Vector3]] = {}
+    parameters: dict[int, Mapping[str, Value]] = {}
+    decided: dict[int, StepDecided] = {}
+    for msg in events:
+        event = event_from_msg(msg, config.team)
+        match event.value.content:
+            case FormationSet(formation):
+                formations[event.step] = formation
+            case ParametersSet(changes) if event.value.source == CONTROLLER_NODE:
+                parameters[event.step] = changes
+            case StepDecided() as decision:
+                decided[event.step] = decision
     steps: list[RecordedStep] = []
     for step in range(len(decided)):
         if step not in decided:
             break
         stamp_ns = step * config.period_ns
+        inputs = dict(decided[step].inputs)
         given = {}
         for vehicle in config.team.vehicles:
             arrived: list[tuple[Sensor[Any, Any], Measurement]] = []
             for sensor in config.sensors_of(vehicle):
                 topic = vehicle_topic(vehicle, sensor.name)
-                if (
-                    topic in decided[step].input_topics
-                    and (message := messages.get((topic, stamp_ns))) is not None
-                ):
+                if topic in inputs and (message := messages.get((topic, stamp_ns))) is not None:
                     msg = _deserialized(message)
                     arrived.append((sensor, wire(sensor).from_msg(msg, vehicle, config.team.vehicles)))
             given[vehicle] = VehicleMeasurements.collect(arrived)
@@ -110,7 +112,3 @@ def _steps(
 def _deserialized(message: tuple[str, bytes]) -> Any:
     type_name, data = message
     return deserialize_message(data, message_class(type_name))
-
-
-def _xyz(position: Any) -> tuple[float, float, float]:
-    return position.x, position.y, position.z

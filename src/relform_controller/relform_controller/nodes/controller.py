@@ -1,16 +1,14 @@
 """The formation controller on the wire: a complete set of measurements in, rotor speeds for the team out."""
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
 import rclpy
 from rclpy.node import Node
 
 from relform_controller.blas import one_blas_thread
-from relform_controller.formation_controller import Decision, FormationController
+from relform_controller.formation_controller import FormationController
 from relform_controller.tuning import FORMATION, ControllerTuning, by_formation_key
 from relform_core.errors import ConfigError, MessageError
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
@@ -25,33 +23,18 @@ from relform_core.names import (
     split_node_name,
     vehicle_topic,
 )
-from relform_core.scenario_config import TeamConfig
-from relform_core.schema import Vector3
-from relform_msgs.msg import (
-    FormationEvent,
-    FormationReference,
-    FormationState,
-    PairState,
-    RelativePosition,
-    SolverStatus,
-)
+from relform_core.telemetry import Decision, Event, FormationSet, ParametersSet, PerStep, StepDecided
+from relform_msgs.msg import FormationEvent
 from relform_msgs.srv import SetFormation
-from relform_ros.conversions import rotor_command_to_msg
-from relform_ros.events import parameters_to_msg
-from relform_ros.fields import (
-    WORLD_FRAME,
-    header_to_msg,
-    point_to_msg,
-    stamp_to_msg,
-    vector_from_msg,
-    vector_to_msg,
-)
+from relform_ros.commands import rotor_command_to_msg
+from relform_ros.events import event_to_msg, formation_from_msgs
 from relform_ros.live_parameters import LiveParameters
 from relform_ros.lockstep import StepInbox
 from relform_ros.member import LockstepMember
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
 from relform_ros.sensors.wire import Wire, wire
+from relform_ros.telemetry import reference_to_msg, solver_to_msg, state_to_msg
 
 TELEMETRY = (STATE, SOLVER, REFERENCE, EVENTS)
 """For observers; no vehicle waits for it."""
@@ -139,32 +122,26 @@ class Leader:
         weights = {key: value for key, value in changes.items() if not key.startswith(FORMATION)}
         if weights:
             self._controller.set_weights(tuning.weights)
-            self._member.publish(EVENTS, parameters_to_msg(step, self._period_ns, CONTROLLER_NODE, weights))
+            self._member.publish(EVENTS, self._event(step, ParametersSet(weights)))
         if len(changes) > len(weights):
             self._controller.set_formation(tuning.formation)
-            event = FormationEvent(
-                header=header_to_msg(step * self._period_ns),
-                step=step,
-                kind=FormationEvent.SET_FORMATION,
-                source=CONTROLLER_NODE,
-                description="requested by service or parameters",
-                formation=formation_to_msgs(tuning.formation, self._team),
-            )
-            self._member.publish(EVENTS, event)
+            self._member.publish(EVENTS, self._event(step, FormationSet(tuning.formation)))
 
     def _publish_telemetry(self, decision: Decision, input_topics: list[str]) -> None:
-        event = FormationEvent(
-            header=header_to_msg(decision.stamp_ns),
-            step=decision.step,
-            kind=FormationEvent.STEP,
-            source=CONTROLLER_NODE,
-            input_topics=input_topics,
-            input_stamps=[stamp_to_msg(decision.stamp_ns)] * len(input_topics),
-            sqp_steps=decision.solver.sqp_steps,
+        step, stamp_ns = decision.step, decision.stamp_ns
+        inputs = tuple((topic, stamp_ns) for topic in input_topics)
+        telemetry = (
+            state_to_msg(PerStep(step, stamp_ns, decision.state)),
+            solver_to_msg(PerStep(step, stamp_ns, decision.solver)),
+            reference_to_msg(PerStep(step, stamp_ns, decision.reference)),
+            self._event(step, StepDecided(inputs, decision.solver.sqp_steps)),
         )
-        telemetry = (state_to_msg(decision), solver_to_msg(decision), reference_to_msg(decision), event)
         for topic, message in zip(TELEMETRY, telemetry, strict=True):
             self._member.fulfil(topic, message)
+
+    def _event(self, step: int, content: StepDecided | FormationSet | ParametersSet) -> FormationEvent:
+        event = PerStep(step, step * self._period_ns, Event(CONTROLLER_NODE, content))
+        return event_to_msg(event, self._team)
 
     def _measurement_callback(self, topic: str, vehicle: str, conversion: Wire) -> Callable[[Any], None]:
         def on_measurement(msg: Any) -> None:
@@ -192,94 +169,6 @@ class Leader:
     def _report(self) -> Mapping[str, object]:
         counts = {f"solver.{state.name.lower()}": self._solver_states[state] for state in SolverState}
         return counts | {"solver.last_fallback_reason": self._fallback_reason}
-
-
-def formation_from_msgs(msgs: list[RelativePosition], team: TeamConfig) -> dict[str, Vector3]:
-    """Position of each follower relative to the leader.
-
-    Raises:
-        MessageError: the observer is not the leader, a target is named twice, or a position is not finite.
-    """
-    formation: dict[str, Vector3] = {}
-    for msg in msgs:
-        if msg.observer_id != team.leader:
-            raise MessageError(f"observer_id must be the leader '{team.leader}' (got '{msg.observer_id}')")
-        if msg.target_id in formation:
-            raise MessageError(f"target_id '{msg.target_id}' is named twice")
-        x, y, z = vector_from_msg(msg.position, f"position of '{msg.target_id}'").tolist()
-        formation[msg.target_id] = (x, y, z)
-    return formation
-
-
-def formation_to_msgs(formation: Mapping[str, Vector3], team: TeamConfig) -> list[RelativePosition]:
-    """Position of each follower relative to the leader."""
-    return [
-        RelativePosition(
-            observer_id=team.leader, target_id=follower, position=vector_to_msg(np.array(formation[follower]))
-        )
-        for follower in team.followers
-    ]
-
-
-def state_to_msg(decision: Decision) -> FormationState:
-    """The team as the controller sees it."""
-    formation_state = FormationState(
-        header=header_to_msg(decision.stamp_ns),
-        step=decision.step,
-        phase=decision.reference.phase,
-        leader_position_error=decision.leader_position_error,
-        leader_yaw_error=decision.leader_yaw_error,
-    )
-    formation_state.pairs = [
-        PairState(
-            observer_id=pair.observer,
-            target_id=pair.target,
-            position=vector_to_msg(pair.p_B1B2_C1__est),
-            reference=vector_to_msg(pair.p_B1B2_C1__ref),
-            error=math.dist(pair.p_B1B2_C1__est, pair.p_B1B2_C1__ref),
-            yaw=pair.yaw_I1I2,
-            yaw_variance=pair.yaw_variance,
-            yaw_held=pair.yaw_held,
-        )
-        for pair in decision.pairs
-    ]
-    return formation_state
-
-
-def solver_to_msg(decision: Decision) -> SolverStatus:
-    """What the solver did."""
-    report = decision.solver
-    return SolverStatus(
-        header=header_to_msg(decision.stamp_ns),
-        step=decision.step,
-        status=int(report.state),
-        fallback_reason=report.fallback_reason,
-        objective=float(report.objective),
-        kkt_first=float(report.kkt_first),
-        kkt=float(report.kkt),
-        sqp_steps=report.sqp_steps,
-        qp_iterations=report.qp_iterations,
-        active_bounds=report.active_bounds,
-        prepare_time=report.prepare_time,
-        feedback_time=report.feedback_time,
-    )
-
-
-def reference_to_msg(decision: Decision) -> FormationReference:
-    """What the controller was asked to track."""
-    reference = decision.reference
-    return FormationReference(
-        header=header_to_msg(decision.stamp_ns, WORLD_FRAME),
-        step=decision.step,
-        phase=reference.phase,
-        leader_position=point_to_msg(reference.p_NB_N),
-        leader_velocity=vector_to_msg(reference.v_NB_N),
-        leader_yaw=reference.yaw_NB,
-        formation=[
-            RelativePosition(observer_id=observer, target_id=target, position=vector_to_msg(position))
-            for (observer, target), position in reference.formation.items()
-        ],
-    )
 
 
 def main() -> int:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
 from relform_controller.solver.dense.box_qp import QpError
@@ -11,24 +10,7 @@ from relform_controller.solver.kernels import Kernels
 from relform_core.arrays import Array
 from relform_core.controller_config import SolverConfig, WeightsConfig
 from relform_core.names import SolverState
-
-
-@dataclass(frozen=True)
-class SolverReport:
-    """What the solver did in one control step (SolverStatus.msg)."""
-
-    state: SolverState
-    fallback_reason: str
-    objective: float
-    kkt_first: float
-    kkt: float
-    sqp_steps: int
-    qp_iterations: int
-    active_bounds: int
-    prepare_time: float
-    """Of the preparation that preceded this control step [s]."""
-    feedback_time: float
-    """From the measurements to the plan, further SQP steps included [s]."""
+from relform_core.telemetry import SolverReport
 
 
 class ModifiedRti:

@@ -5,7 +5,7 @@ from collections.abc import Collection
 from nav_msgs.msg import Odometry as OdometryMsg
 
 from relform_core.measurements import Odometry
-from relform_ros.conversions import odometry_from_msg, odometry_to_msg
+from relform_ros.odometry import odometry_from_msg, odometry_to_msg
 
 MESSAGE = OdometryMsg
 

@@ -10,7 +10,7 @@ from relform_core.sensors.sensor import Sensor
 class Wire(Protocol):
     """What the module of each sensor has.
 
-    As in ``conversions``, ``to_msg`` trusts its argument and ``from_msg`` does not.
+    As in ``fields``, ``to_msg`` trusts its argument and ``from_msg`` does not.
     """
 
     MESSAGE: type[Any]

@@ -17,13 +17,13 @@ from relform_core.errors import FlightError
 from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, step_done_topic
 from relform_msgs.msg import StepDone
 from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
-from relform_ros.conversions import done_from_msg
 from relform_ros.diagnostics import diagnostics_to_msg, is_due
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
 from relform_ros.member import DISCOVERY_POLL_S, check_name, configuration_of, discover
 from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.run_node import Spinner, run_node
+from relform_ros.step_done import done_from_msg
 from relform_ros.topics import members, topic_table
 
 ANSWER_S = 1.0

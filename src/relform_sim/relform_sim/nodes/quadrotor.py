@@ -11,15 +11,15 @@ from relform_core.errors import ConfigError
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.names import EVENTS, GROUND_TRUTH, ROTOR_SPEEDS, VEHICLE_NODE, vehicle_topic
 from relform_core.scenario_config import TeamConfig
+from relform_core.telemetry import Event, FaultReported, ParametersSet, PerStep
 from relform_core.tuning import vehicle_tuning
-from relform_msgs.msg import FormationEvent
 from relform_msgs.msg import RotorSpeeds as RotorSpeedsMsg
-from relform_ros import conversions
-from relform_ros.events import parameters_to_msg
-from relform_ros.fields import header_to_msg
+from relform_ros.commands import rotor_command_from_msg
+from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
 from relform_ros.lockstep import StepInbox
 from relform_ros.member import LockstepMember
+from relform_ros.odometry import odometry_from_msg, odometry_to_msg
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Spinner, run_node
 from relform_ros.sensors.wire import wire
@@ -32,6 +32,7 @@ class Quadrotor:
     def __init__(self, node: Node, spinner: Spinner) -> None:
         scenario = read_scenario(node)
         config = scenario.config
+        self._team = config.team
         self._name = _vehicle_name(node, config.team)
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
@@ -62,19 +63,19 @@ class Quadrotor:
             if step == self._n_steps:
                 self._parameters.close()
             truth = self._vehicle.advance(step, self._command(step - 1))
-            self._publish(GROUND_TRUTH, conversions.odometry_to_msg(truth, self._name))
+            self._publish(GROUND_TRUTH, odometry_to_msg(truth, self._name))
             ground_truth = self._others_truth(step) | {self._name: truth}
             self._publish_measurements(self._vehicle.measure(step, ground_truth))
             fault = self._vehicle.fault(step, ground_truth) or ""
             if fault:
-                self._publish_fault(step, fault)
+                self._publish_event(step, FaultReported(fault))
             self._member.done(step, fault)
 
     def _apply_parameters(self, step: int) -> None:
         """Take over what was changed since the last step, and tell those who record."""
         if changes := self._parameters.take():
             self._vehicle.set_limits(self._parameters.tuning.config)
-            self._member.publish(EVENTS, parameters_to_msg(step, self._period_ns, self._name, changes))
+            self._publish_event(step, ParametersSet(changes))
 
     def _command(self, step: int) -> RotorCommand | None:
         """The command of a step, when it is known whether there is one."""
@@ -97,23 +98,20 @@ class Quadrotor:
             for measurement in measurements.arrived(sensor):
                 self._publish(sensor.name, wire(sensor).to_msg(measurement, self._name))
 
-    def _publish_fault(self, step: int, fault: str) -> None:
-        header = header_to_msg(step * self._period_ns)
-        event = FormationEvent(
-            header=header, step=step, kind=FormationEvent.FAULT, source=self._name, description=fault
-        )
-        self._member.publish(EVENTS, event)
+    def _publish_event(self, step: int, content: ParametersSet | FaultReported) -> None:
+        event = PerStep(step, step * self._period_ns, Event(self._name, content))
+        self._member.publish(EVENTS, event_to_msg(event, self._team))
 
     def _publish(self, name: str, message: Any) -> None:
         self._member.publish(vehicle_topic(self._name, name), message)
 
     def _on_command(self, msg: RotorSpeedsMsg) -> None:
-        command = conversions.rotor_command_from_msg(msg, self._name)
+        command = rotor_command_from_msg(msg, self._name)
         self._commands.add(self._command_topic, command.stamp_ns, command)
 
     def _truth_callback(self, name: str) -> Callable[[OdometryMsg], None]:
         def on_truth(msg: OdometryMsg) -> None:
-            truth = conversions.odometry_from_msg(msg, name)
+            truth = odometry_from_msg(msg, name)
             self._truths.add(self._truth_topics[name], truth.stamp_ns, truth)
 
         return on_truth

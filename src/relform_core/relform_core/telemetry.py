@@ -1,0 +1,147 @@
+"""What a controller reports about each control step, holding exactly what its messages hold.
+
+Times are integer nanoseconds of simulation time, everything else is SI and radians. Frames are named in
+``relform_core.measurements``; {mc} has the position and the yaw of a body, without its roll and pitch.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from relform_core.arrays import Array
+from relform_core.measurements import RotorCommand
+from relform_core.names import SolverState
+from relform_core.schema import Vector3
+from relform_core.tuning import Value
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class PerStep(Generic[T]):
+    """Something about one control step, with the number and the instant of the step."""
+
+    step: int
+    stamp_ns: int
+    value: T
+
+
+@dataclass(frozen=True, eq=False)
+class PairEstimate:
+    """One ordered pair of vehicles as the controller sees it (relform_msgs/PairState)."""
+
+    observer: str
+    target: str
+    p_B1B2_C1__est: Array
+    """[m], shape (3,)."""
+    p_B1B2_C1__ref: Array
+    """Target of the formation, without its ramp [m], shape (3,)."""
+    yaw_I1I2: float
+    """[rad], in (-pi, pi]."""
+    yaw_variance: float
+    """[rad^2]; infinite where the yaw cannot be observed."""
+    yaw_held: bool
+    """Whether the yaw could not be measured in this step and was propagated with the gyros."""
+
+
+@dataclass(frozen=True, eq=False)
+class TeamState:
+    """The team as the controller sees it (relform_msgs/FormationState)."""
+
+    phase: str
+    """Name of the scenario phase."""
+    pairs: tuple[PairEstimate, ...]
+    """Every ordered pair, observers and targets in team order."""
+    leader_position_error: float
+    """Norm of measured minus reference position [m]."""
+    leader_yaw_error: float
+    """Measured minus reference yaw [rad], in (-pi, pi]."""
+
+
+@dataclass(frozen=True, eq=False)
+class TeamReference:
+    """What the controller is asked to track at one instant (relform_msgs/FormationReference)."""
+
+    phase: str
+    """Name of the scenario phase."""
+    p_NB_N: Array
+    """Of the leader [m], shape (3,)."""
+    v_NB_N: Array
+    """Of the leader [m/s], shape (3,)."""
+    yaw_NB: float
+    """Of the leader, continuous [rad]."""
+    formation: Mapping[tuple[str, str], Array]
+    """p_B1B2_C1 by (observer, target), without ramp [m], shape (3,) each."""
+
+
+@dataclass(frozen=True)
+class SolverReport:
+    """What the solver did in one control step (relform_msgs/SolverStatus); NaN: no SQP step was taken."""
+
+    state: SolverState
+    fallback_reason: str
+    """Empty unless the state is FALLBACK."""
+    objective: float
+    kkt_first: float
+    kkt: float
+    sqp_steps: int
+    qp_iterations: int
+    active_bounds: int
+    prepare_time: float
+    """Of the preparation that preceded this control step [s]."""
+    feedback_time: float
+    """From the measurements to the plan, further SQP steps included [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """Everything that one control step decided and saw."""
+
+    step: int
+    stamp_ns: int
+    commands: Mapping[str, RotorCommand]
+    """By vehicle name, in team order."""
+    solver: SolverReport
+    state: TeamState
+    reference: TeamReference
+
+
+@dataclass(frozen=True)
+class StepDecided:
+    """A control step was computed."""
+
+    inputs: tuple[tuple[str, int], ...]
+    """Topic and stamp [ns] of each message that the step used."""
+    sqp_steps: int
+
+
+@dataclass(frozen=True)
+class FormationSet:
+    """A formation was accepted and applies from the step of the event on."""
+
+    formation: Mapping[str, Vector3]
+    """Position of each follower relative to the leader, in the leader's {mc} [m]."""
+
+
+@dataclass(frozen=True)
+class ParametersSet:
+    """Parameters of the source were changed; they apply from the step of the event on."""
+
+    changes: Mapping[str, Value]
+    """By dotted key, with the units of the keys."""
+
+
+@dataclass(frozen=True)
+class FaultReported:
+    """A vehicle cannot continue."""
+
+    description: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that a replay must impose beside the sensor data (relform_msgs/FormationEvent)."""
+
+    source: str
+    """Vehicle or node that caused the event."""
+    content: StepDecided | FormationSet | ParametersSet | FaultReported

@@ -1,0 +1,40 @@
+"""The end of a step, as a member of the barrier reports it, to a message and back.
+
+As in ``fields``, ``*_to_msg`` trusts its argument, ``*_from_msg`` raises ``RejectionError``.
+"""
+
+from relform_msgs.msg import StepDone as StepDoneMsg
+from relform_ros.fields import header_to_msg
+from relform_ros.lockstep import JOINED, Done
+from relform_ros.rejection import Reason, RejectionError
+
+
+def done_to_msg(done: Done, stamp_ns: int) -> StepDoneMsg:
+    """What a member says when it has finished a step, at the instant of the step."""
+    return StepDoneMsg(
+        header=header_to_msg(stamp_ns),
+        step=done.step,
+        node=done.node,
+        sent=list(done.sent),
+        fault=done.fault,
+        configuration=done.configuration,
+    )
+
+
+def done_from_msg(msg: StepDoneMsg, node: str) -> Done:
+    """What the member ``node`` says when it has finished a step.
+
+    Raises:
+        RejectionError: another node says so, or no possible step.
+    """
+    if msg.node != node:
+        raise RejectionError(Reason.FOREIGN, f"node must be '{node}' (got '{msg.node}')")
+    if msg.step < JOINED:
+        raise RejectionError(Reason.INVALID, f"step must be at least {JOINED} (got {msg.step})")
+    return Done(
+        node=msg.node,
+        step=msg.step,
+        sent=tuple(msg.sent),
+        fault=msg.fault,
+        configuration=msg.configuration,
+    )
