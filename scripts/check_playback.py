@@ -1,10 +1,7 @@
 #!/usr/bin/env python3
 """Play a bag and check that every message comes, in order and in time. `--help` says more."""
 
-import sys
-
-from relform_bags.check_command import main
-from relform_core.script import run_script
+from run_main import run_main
 
 if __name__ == "__main__":
-    sys.exit(run_script(main))
+    run_main("relform_bags.check_command")

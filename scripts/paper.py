@@ -1,10 +1,7 @@
 #!/usr/bin/env python3
 """Fly the paper's evaluation again: its figures, its claims, its ablations. `--help` says more."""
 
-import sys
-
-from relform_analysis.evaluation.command import main
-from relform_core.script import run_script
+from run_main import run_main
 
 if __name__ == "__main__":
-    sys.exit(run_script(main))
+    run_main("relform_analysis.evaluation.command")

@@ -1,10 +1,7 @@
 #!/usr/bin/env python3
 """Record the topics of a running system into a bag, or complete a bag. `--help` says more."""
 
-import sys
-
-from relform_bags.record_command import main
-from relform_core.script import run_script
+from run_main import run_main
 
 if __name__ == "__main__":
-    sys.exit(run_script(main))
+    run_main("relform_bags.record_command")

@@ -1,9 +1,7 @@
-"""Feed a recorded flight to the controller and compare its commands with the recorded ones."""
+#!/usr/bin/env python3
+"""Feed a recorded flight to the controller again and compare its commands. `--help` says more."""
 
-import sys
-
-from relform_analysis.replay.command import main
-from relform_core.script import run_script
+from run_main import run_main
 
 if __name__ == "__main__":
-    sys.exit(run_script(main))
+    run_main("relform_analysis.replay.command")

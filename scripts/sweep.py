@@ -1,10 +1,7 @@
 #!/usr/bin/env python3
 """Fly a scenario over many seeds and variants, without ROS and in parallel; resumable. `--help` says more."""
 
-import sys
-
-from relform_analysis.sweep.command import main
-from relform_core.script import run_script
+from run_main import run_main
 
 if __name__ == "__main__":
-    sys.exit(run_script(main))
+    run_main("relform_analysis.sweep.command")

@@ -106,7 +106,7 @@ def test_variants_that_do_not_suffice(tmp_path: Path, capsys: pytest.CaptureFixt
     file = tmp_path / "variants.yaml"
     file.write_text("variants: [{name: full, title: t, set: []}]")
     assert main(["--scenario", str(PAPER), "--variants", str(file), "--out", str(tmp_path / "out")]) == 2
-    expected = "paper: the variants lack 'shift_only', which the evaluation needs\n"
+    expected = "error: the variants lack 'shift_only', which the evaluation needs\n"
     assert capsys.readouterr().err == expected
 
 

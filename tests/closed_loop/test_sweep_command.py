@@ -46,7 +46,7 @@ def test_an_interrupted_sweep_goes_on(tmp_path: Path, how: signal.Signals, exit_
         _, told = sweep.communicate()
     assert sweep.returncode == exit_code
     if how is signal.SIGINT:
-        assert "interrupted; finished runs are kept, the same command goes on from there" in told
+        assert "interrupted; finished runs are kept, the same command continues from there" in told
         assert "Traceback" not in told
     kept = files_of(tmp_path)
     assert 3 <= len(kept) < 40
@@ -97,7 +97,7 @@ def test_a_cluster_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixtu
     for address in ("nonsense", "tcp://127.0.0.1:9"):
         assert main(arguments(tmp_path, 1, "--scheduler", address)) == 2
         (line,) = capsys.readouterr().err.strip().splitlines()
-        assert line.startswith(f"sweep: --scheduler {address}: no cluster answers there")
+        assert line.startswith(f"error: --scheduler {address}: no cluster answers there")
 
 
 def test_without_dask(
@@ -105,14 +105,14 @@ def test_without_dask(
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert main(arguments(tmp_path, 1, "--scheduler", "tcp://127.0.0.1:8786")) == 2
-    assert capsys.readouterr().err == "sweep: --scheduler needs Dask: pip install distributed\n"
+    assert capsys.readouterr().err == "error: --scheduler needs Dask: pip install distributed\n"
 
 
 def test_bad_variants_and_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     variants = tmp_path / "variants.yaml"
     variants.write_text("variants: [{name: odd, title: t, set: [controller.wings=2]}]")
     assert main(arguments(tmp_path / "out", 2, "--variants", str(variants))) == 2
-    assert capsys.readouterr().err == "sweep: variant 'odd': --set controller.wings: unknown key\n"
+    assert capsys.readouterr().err == "error: variant 'odd': --set controller.wings: unknown key\n"
     assert not (tmp_path / "out").exists()
     assert main([*arguments(tmp_path / "out", 2), "--seed", "-4"]) == 2
     assert "seed: must be a whole number of at least 0 (got -4)" in capsys.readouterr().err

@@ -180,7 +180,7 @@ def test_an_existing_folder_is_not_touched(tmp_path: Path) -> None:
     folder.mkdir()
     with Fly(folder) as flight:
         assert flight.end() == EXIT_BAD_INPUT
-    assert flight.err == f"{folder} exists already, not overwriting.\n"
+    assert flight.err == f"error: {folder} exists already, not overwriting.\n"
     assert list(folder.iterdir()) == []
 
 
@@ -222,12 +222,12 @@ def test_a_node_that_dies_is_named(marks: tuple[str, ...], name: str, fly: Calla
     os.kill(flight.node(*marks), signal.SIGKILL)
     assert flight.end() == EXIT_FAILED
     summary = flight.summary
-    match = re.fullmatch(rf"{name} was killed by SIGKILL in step (\d+) \((.*) s\)\n", flight.err)
+    match = re.fullmatch(rf"error: {name} was killed by SIGKILL in step (\d+) \((.*) s\)\n", flight.err)
     assert match is not None, flight.err
     step = int(match[1])
     assert float(match[2]) == pytest.approx(step * 0.05)
     assert abs(summary["steps"] - step) <= 1  # it may have died in the midst of a step
-    assert (summary["outcome"], summary["reason"]) == ("failed", flight.err.strip())
+    assert (summary["outcome"], summary["reason"]) == ("failed", flight.err.strip().removeprefix("error: "))
     recorded = len(read_flight_log(flight.folder).phase)
     assert recorded > 0 if name == "/recorder" else recorded >= summary["steps"]  # its last chunk was lost
 
@@ -249,7 +249,7 @@ def test_a_fault_ends_the_flight(fly: Callable[..., Fly]) -> None:
     summary = flight.summary
     assert summary["outcome"] == "fault"
     assert summary["reason"].startswith("/follower_2/quadrotor in step ")
-    assert flight.err == f"{summary['reason']}\n"
+    assert flight.err == f"error: {summary['reason']}\n"
     assert 0.5 < summary["flown_s"] < 5.0
     assert [fault.source for fault in read_flight_log(flight.folder).faults] == ["follower_2"]
     assert (flight.folder / "flight.png").exists()

@@ -1,7 +1,5 @@
 """How fast it is: what an SQP step costs, and how much faster than real time a flight without ROS is."""
 
-import argparse
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,11 +13,9 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.sweep.session import positive
 from relform_core.arrays import Array
-from relform_core.errors import RelformError
 from relform_core.load import LoadedScenario, load_scenario
+from relform_core.script import CommandParser, command
 from relform_core.units import NANOSECONDS_PER_SECOND
-
-EXIT_ERROR = 2
 
 
 @dataclass(frozen=True)
@@ -41,20 +37,17 @@ class Timed:
         return self.flown / self.cpu_time
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure and print; returns the exit code, 2 if the scenario cannot be flown."""
-    parser = argparse.ArgumentParser(prog="bench", description="Measure solver and flight, without ROS.")
+    parser = CommandParser(prog="bench", description="Measure solver and flight, without ROS.")
     parser.add_argument("--scenario", type=Path, default=Path("config/scenarios/paper.yaml"))
     parser.add_argument("--flights", type=positive, default=5, help="flights to measure (default 5)")
     parser.add_argument("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE")
     options = parser.parse_args(arguments)
-    try:
-        scenario = load_scenario(options.scenario, options.overrides)
-        fly_in_process(scenario)  # not measured: it may have to compile
-        flights = [_timed(scenario.with_seed(seed)) for seed in range(1, 1 + options.flights)]
-    except RelformError as error:
-        print(f"bench: {error}", file=sys.stderr)
-        return EXIT_ERROR
+    scenario = load_scenario(options.scenario, options.overrides)
+    fly_in_process(scenario)  # not measured: it may have to compile
+    flights = [_timed(scenario.with_seed(seed)) for seed in range(1, 1 + options.flights)]
     Console().print(_table(scenario, flights))
     return 0
 

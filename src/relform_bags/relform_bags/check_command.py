@@ -1,20 +1,19 @@
 """The command line that plays a bag, listens to it, and checks that every message came in time."""
 
-import argparse
 import os
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from relform_core.errors import RelformError
+from relform_core.script import EXIT_FAILURE, CommandParser, command
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check a bag at each rate; returns the exit code, 1 if a message was missing or out of order."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="check_playback",
         description="Play a bag, listen to it, and check that every message came, in order and in time.",
     )
@@ -26,19 +25,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     print("rate   messages   heard   in order   late by: median    95 %     max")
     complete = True
-    try:
-        with claimed_domain(beside_shells=False) as domain_id:
-            os.environ["ROS_DOMAIN_ID"] = str(domain_id)
-            for rate in options.rates:
-                check = check_playback(options.bag, rate)
-                complete &= check.is_complete
-                counts = f"{rate:4g} {len(check.expected):10} {len(check.heard):7}"
-                verdict = f"       yes {_percentiles(check.delay)}" if check.is_complete else "        NO"
-                print(counts, verdict, flush=True)
-    except RelformError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    return 0 if complete else 1
+    with claimed_domain(beside_shells=False) as domain_id:
+        os.environ["ROS_DOMAIN_ID"] = str(domain_id)
+        for rate in options.rates:
+            check = check_playback(options.bag, rate)
+            complete &= check.is_complete
+            counts = f"{rate:4g} {len(check.expected):10} {len(check.heard):7}"
+            verdict = f"       yes {_percentiles(check.delay)}" if check.is_complete else "        NO"
+            print(counts, verdict, flush=True)
+    return 0 if complete else EXIT_FAILURE
 
 
 def _percentiles(delay: npt.NDArray[np.float64]) -> str:

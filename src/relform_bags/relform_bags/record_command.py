@@ -1,7 +1,6 @@
 """The command line that records a running system, or completes a bag after its recorder was killed."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -9,19 +8,17 @@ from pathlib import Path
 
 from relform_bags.options import TopicRecorderOptions
 from relform_bags.recover import recover_bag
-from relform_core.errors import BagError, RelformError
+from relform_core.errors import BagError
+from relform_core.script import CommandParser, command
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Record until a signal arrives, or recover a bag; returns the exit code."""
     parsed = _parser().parse_args(arguments)
-    try:
-        if parsed.recover is not None:
-            return _recover(parsed.recover)
-        options = _options(parsed)
-    except RelformError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
+    if parsed.recover is not None:
+        return _recover(parsed.recover)
+    options = _options(parsed)
     from relform_bags.nodes.recorder import main as run_recorder  # needs ROS, recovering does not
 
     print(f"recording to {options.output}, Ctrl-C ends it", flush=True)
@@ -29,8 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return run_recorder(["--ros-args", "--log-level", "warn", *clock, *options.parameter_arguments()])
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> CommandParser:
+    parser = CommandParser(
         prog="record",
         description="Record the topics of a running system into a bag, or complete a bag after its recorder "
         "was killed.",

@@ -1,6 +1,5 @@
 """The command line of a flight with real nodes: what to fly, where to keep it, and what came out."""
 
-import argparse
 import sys
 from collections.abc import Sequence
 from datetime import datetime
@@ -8,42 +7,46 @@ from pathlib import Path
 
 from rich.console import Console
 
-from relform_analysis.flight.summary import Outcome
+from relform_analysis.flight.summary import Ending, Outcome
 from relform_bringup.create_folder import create_run_folder
 from relform_bringup.flight import Flight, FlownFlight, interruption_noted
 from relform_core.errors import RelformError
 from relform_core.load import load_scenario
 from relform_core.run_folder import RunFolder
+from relform_core.script import EXIT_FAILURE, EXIT_INTERRUPTED, CommandParser, command, print_error
 
-EXIT_BAD_INPUT = 2
-EXIT_CODES = {Outcome.COMPLETED: 0, Outcome.FAILED: 1, Outcome.FAULT: 3, Outcome.INTERRUPTED: 130}
+EXIT_FAULT = 3
+EXIT_CODES = {
+    Outcome.COMPLETED: 0,
+    Outcome.FAILED: EXIT_FAILURE,
+    Outcome.FAULT: EXIT_FAULT,
+    Outcome.INTERRUPTED: EXIT_INTERRUPTED,
+}
 EPILOG = """\
 Exit codes: 0 flown to the end, 1 a node died, fell silent or could not go on, 2 the scenario or the output
 folder cannot be used, 3 a vehicle reported a fault, 130 interrupted."""
 WIDTH_OF_FILES = 160
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly a scenario; returns the exit code, see --help."""
     options = _parser().parse_args(arguments)
     console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES)
+    with interruption_noted() as interruption:
+        scenario = load_scenario(options.scenario, options.overrides, options.seed)
+        folder = create_run_folder(scenario, options.out, datetime.now())
+        flown = Flight(scenario, folder, options.record, interruption).fly(console)
+    match flown.ending:
+        case Ending(Outcome.INTERRUPTED, reason):
+            print(reason, file=sys.stderr)
+        case Ending(_, str(reason)):
+            print_error(reason)
     try:
-        with interruption_noted() as interruption:
-            try:
-                scenario = load_scenario(options.scenario, options.overrides, options.seed)
-                folder = create_run_folder(scenario, options.out, datetime.now())
-            except RelformError as error:
-                print(error, file=sys.stderr)
-                return EXIT_BAD_INPUT
-            flown = Flight(scenario, folder, options.record, interruption).fly(console)
-        if flown.ending.reason is not None:
-            print(flown.ending.reason, file=sys.stderr)
         _conclude(flown, folder, console)
     except RelformError as error:
-        print(error, file=sys.stderr)
-        return EXIT_CODES[Outcome.FAILED]
-    except KeyboardInterrupt:
-        return EXIT_CODES[Outcome.INTERRUPTED]
+        print_error(error)
+        return EXIT_FAILURE
     return EXIT_CODES[flown.ending.outcome]
 
 
@@ -70,8 +73,8 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
     console.print(f"{folder.path}: {', '.join(folder.present())}", soft_wrap=True, highlight=False)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> CommandParser:
+    parser = CommandParser(
         prog="fly", description="Fly a scenario: one process per node, recorded and scored.", epilog=EPILOG
     )
     parser.add_argument("--scenario", type=Path, required=True, metavar="FILE", help="scenario file")

@@ -1,21 +1,59 @@
-"""How the scripts end, whatever their commands do."""
+"""How every command of relform reports an error and ends."""
 
+import argparse
+import functools
 import os
 import sys
 from collections.abc import Callable
+from typing import NoReturn, ParamSpec
 
-EXIT_UNREAD = 1
+from relform_core.errors import RelformError
+
+EXIT_FAILURE = 1
+"""The command did its work, and the result is a failure; or nothing reads its output to the end."""
+EXIT_USAGE = 2
+"""The command cannot be carried out: wrong usage, or an input or output that it cannot use."""
 EXIT_INTERRUPTED = 130
+"""As of a shell, after Ctrl-C."""
+
+Arguments = ParamSpec("Arguments")
 
 
-def run_script(main: Callable[[], int]) -> int:
-    """Run a command; returns its exit code, 1 if nobody reads its output to the end, 130 after Ctrl-C."""
-    try:
-        code = main()
-        sys.stdout.flush()
-    except BrokenPipeError:  # the reader, such as head, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return EXIT_UNREAD
-    except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
-    return code
+class CommandParser(argparse.ArgumentParser):
+    """The parser of a command line; wrong usage has the form of every other error."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and exit with ``EXIT_USAGE``."""
+        print_error(f"{message}; see {self.prog} --help")
+        raise SystemExit(EXIT_USAGE)
+
+
+def command(main: Callable[Arguments, int]) -> Callable[Arguments, int]:
+    """Decorate the main function of a command, which returns its exit code.
+
+    An error of relform becomes one line ``error: ...`` per problem and ``EXIT_USAGE``, Ctrl-C
+    ``EXIT_INTERRUPTED``, and a reader such as ``head`` that closes the output ``EXIT_FAILURE``.
+    """
+
+    @functools.wraps(main)
+    def run(*args: Arguments.args, **kwargs: Arguments.kwargs) -> int:
+        try:
+            code = main(*args, **kwargs)
+            sys.stdout.flush()
+        except RelformError as error:
+            print_error(error)
+            return EXIT_USAGE
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return EXIT_FAILURE
+        except KeyboardInterrupt:
+            return EXIT_INTERRUPTED
+        return code
+
+    return run
+
+
+def print_error(error: object) -> None:
+    """Print an error to stderr, each of its lines after ``error:``."""
+    for line in str(error).splitlines():
+        print(f"error: {line}", file=sys.stderr)

@@ -18,28 +18,26 @@ from relform_analysis.sweep.plan import Run, load_variants
 from relform_analysis.sweep.session import executor_for, fly_shown, positive
 from relform_core.errors import RelformError
 from relform_core.installed import software_versions
+from relform_core.script import EXIT_FAILURE, CommandParser, command, print_error
 
-EXIT_MISSED, EXIT_ERROR, EXIT_INTERRUPTED = 1, 2, 130
 FIGURES = {FULL: "figures", PAPER_TUNING: "figures-paper-tuning"}
 """Folder of the figures of each tuning."""
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the evaluation; returns 0, 1 if a target is missed, 2 if it cannot be done, 130 if interrupted."""
     options = _parser().parse_args(arguments)
     try:
         page, missed = evaluate(options)
-    except RelformError as error:
-        print(f"paper: {error}", file=sys.stderr)
-        return EXIT_ERROR
     except KeyboardInterrupt:
-        print("\npaper: interrupted; the same command goes on from there", file=sys.stderr)
-        return EXIT_INTERRUPTED
+        print("\ninterrupted; the same command continues from there", file=sys.stderr)
+        raise
     print(page)
     print(f"All of it is in {options.out}: {PAGE}, tables, {', '.join(FIGURES.values())}.")
     for line in missed:
-        print(f"paper: target missed: {line}", file=sys.stderr)
-    return EXIT_MISSED if missed else 0
+        print_error(f"target missed: {line}")
+    return EXIT_FAILURE if missed else 0
 
 
 def evaluate(options: argparse.Namespace) -> tuple[str, list[str]]:
@@ -76,8 +74,8 @@ def _logs(folder: SweepFolder, runs: Sequence[Run]) -> dict[str, list[FlightLog]
     return logs
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> CommandParser:
+    parser = CommandParser(
         prog="paper", description="Fly the paper's evaluation and redraw its figures; resumable."
     )
     parser.add_argument("--scenario", type=Path, default=Path("config/scenarios/paper.yaml"))

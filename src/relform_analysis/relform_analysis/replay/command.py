@@ -1,6 +1,5 @@
 """The command line of a counterfactual replay; exits like diff(1) with 0: equal, 1: different, 2: trouble."""
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,12 +9,13 @@ from rich.console import Console
 from rich.table import Table
 
 from relform_analysis.replay.replay import Replay, replay
-from relform_core.errors import RelformError
+from relform_core.script import EXIT_FAILURE, EXIT_USAGE, CommandParser, command
 from relform_core.units import rad_s_to_rpm
 
-EQUAL, DIFFERENT, TROUBLE = 0, 1, 2
+EQUAL, DIFFERENT, TROUBLE = 0, EXIT_FAILURE, EXIT_USAGE
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Replay a bag; returns the exit code."""
     options = _parser().parse_args(arguments)
@@ -24,24 +24,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from relform_analysis.replay.from_bag import read_recorded_flight
 
     overrides = [f"controller={options.controller}"] if options.controller else []
-    try:
-        flight = read_recorded_flight(options.bag)
-        overrides += options.overrides
-        scenario = load_attached_scenario(flight.config_text, flight.file, overrides)
-        result = replay(flight, scenario)
-        if options.plot:
-            from relform_analysis.replay.figure import draw_replay  # matplotlib takes a second to import
+    flight = read_recorded_flight(options.bag)
+    overrides += options.overrides
+    scenario = load_attached_scenario(flight.config_text, flight.file, overrides)
+    result = replay(flight, scenario)
+    if options.plot:
+        from relform_analysis.replay.figure import draw_replay  # matplotlib takes a second to import
 
-            draw_replay(result, scenario.config.vehicle, options.plot)
-    except RelformError as error:
-        print(f"replay: {error}", file=sys.stderr)
-        return TROUBLE
+        draw_replay(result, scenario.config.vehicle, options.plot)
     _print(result, Console(width=None if sys.stdout.isatty() else 120))
     return EQUAL if result.identical else DIFFERENT
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> CommandParser:
+    parser = CommandParser(
         prog="replay",
         description="Feed the measurements of a recorded flight to the controller of today, or to another, "
         "and compare its commands with the recorded ones. Exit code: 0 equal, 1 different, 2 trouble.",

@@ -1,6 +1,5 @@
 """The command line of ``scripts/report.py``."""
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,16 +16,16 @@ from relform_analysis.report.sweep_source import is_sweep, read_sweep
 from relform_analysis.sweep.folder import REPORT as SWEEP
 from relform_analysis.sweep.folder import RUNS
 from relform_bags.reader import find_bag
-from relform_core.errors import BagError, RelformError
+from relform_core.errors import BagError
 from relform_core.run_folder import PAPER_FIGURES, REPORT_FILE
+from relform_core.script import CommandParser, command
 
-EXIT_ERROR = 2
 
-
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make the report that the arguments ask for; returns 0, or 2 after a line on what cannot be used."""
-    parser = argparse.ArgumentParser(
-        prog="report.py",
+    parser = CommandParser(
+        prog="report",
         description="Make the report of a flight or a sweep: one HTML file that opens offline.",
     )
     parser.add_argument(
@@ -46,15 +45,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     folder = chosen.source if chosen.source.is_dir() else chosen.source.parent
     out: Path = chosen.out or folder / REPORT_FILE
-    try:
-        if is_sweep(chosen.source):
-            write_sweep_report(out, read_sweep(chosen.source))
-            print(out)
-        else:
-            report_flight(chosen.source, out, with_figures=not chosen.no_figures)
-    except RelformError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return EXIT_ERROR
+    if is_sweep(chosen.source):
+        write_sweep_report(out, read_sweep(chosen.source))
+        print(out)
+    else:
+        report_flight(chosen.source, out, with_figures=not chosen.no_figures)
     return 0
 
 

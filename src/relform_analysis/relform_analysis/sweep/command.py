@@ -1,6 +1,5 @@
 """The command line of a sweep: what to fly, how far it is, and what came out."""
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
@@ -13,12 +12,9 @@ from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.sweep.folder import REPORT, TABLE, SweepFolder
 from relform_analysis.sweep.plan import Variant, load_variants, plan_runs
 from relform_analysis.sweep.session import executor_for, fly_shown, positive
-from relform_core.errors import RelformError
 from relform_core.installed import software_versions
+from relform_core.script import EXIT_FAILURE, CommandParser, command
 
-EXIT_FAILED = 1
-EXIT_ERROR = 2
-EXIT_INTERRUPTED = 130
 DEFAULT_VARIANT = Variant(name="default", title="the scenario as it is", set=())
 SHOWN = {
     "steady_mean_m": "formation (m)",
@@ -30,6 +26,7 @@ SHOWN = {
 """Metrics in the table that ends a sweep; sweep.json has all."""
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a sweep; returns the exit code: 0 flown, 1 every run failed, 2 cannot be flown, 130 interrupted."""
     options = _parser().parse_args(arguments)
@@ -44,24 +41,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         ):
             rows = fly_shown(runs, folder, executor, console)
             report = folder.conclude(str(options.scenario), variants, rows, software_versions())
-    except RelformError as error:
-        print(f"sweep: {error}", file=sys.stderr)
-        return EXIT_ERROR
     except KeyboardInterrupt:
-        print(
-            "\nsweep: interrupted; finished runs are kept, the same command goes on from there",
-            file=sys.stderr,
-        )
-        return EXIT_INTERRUPTED
+        print("\ninterrupted; finished runs are kept, the same command continues from there", file=sys.stderr)
+        raise
     _print_report(report, Console(width=None if sys.stdout.isatty() else 160))
     print(f"{folder.path / REPORT}, {folder.path / TABLE}")
-    return 0 if any(row["outcome"] != Outcome.FAILED for row in rows) else EXIT_FAILED
+    return 0 if any(row["outcome"] != Outcome.FAILED for row in rows) else EXIT_FAILURE
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="sweep", description="Fly a scenario many times, without ROS, in parallel."
-    )
+def _parser() -> CommandParser:
+    parser = CommandParser(prog="sweep", description="Fly a scenario many times, without ROS, in parallel.")
     parser.add_argument("--scenario", type=Path, required=True, help="scenario file")
     parser.add_argument("--runs", type=positive, default=10, help="seeds per variant (default 10)")
     parser.add_argument("--seed", type=int, default=1, help="first seed (default 1)")

@@ -1,20 +1,19 @@
 """The command line that makes a bag for 3D views, which do not draw nav_msgs/Odometry."""
 
-import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
 from relform_bags.writer import BagWriter
-from relform_core.errors import RelformError
+from relform_core.script import CommandParser, command
 
 FOLDER = "foxglove"
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the bag; returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="foxglove",
         description="Copy a recorded flight into a bag that Foxglove draws in 3D as well, by adding pose and "
         "path of each vehicle. Open it with the layout config/foxglove_layout.json.",
@@ -24,14 +23,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--out", type=Path, metavar="DIR", help=f"new bag (default: {FOLDER}/ beside the old)"
     )
     options = parser.parse_args(arguments)
-    try:
-        source = find_bag(options.bag)
-        folder = source if source.is_dir() else source.parent
-        out = options.out or folder.parent / FOLDER
-        write_drawable_bag(source, out)
-    except RelformError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
+    source = find_bag(options.bag)
+    folder = source if source.is_dir() else source.parent
+    out = options.out or folder.parent / FOLDER
+    write_drawable_bag(source, out)
     print(out)
     return 0
 
