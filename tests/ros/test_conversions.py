@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 from rclpy.serialization import serialize_message
 
 from relform_core.measurements import Odometry, RotorCommand
+from relform_core.sensors.barometer import AirPressure
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
@@ -23,6 +24,7 @@ from relform_core.sensors.sonar import Sonar
 from relform_ros import commands
 from relform_ros import odometry as odometry_wire
 from relform_ros.rejection import Reason, RejectionError
+from relform_ros.sensors import barometer as barometer_wire
 from relform_ros.sensors import imu as imu_wire
 from relform_ros.sensors import optic_flow as flow_wire
 from relform_ros.sensors import range_bearing as bearings_wire
@@ -100,6 +102,12 @@ ODOMETRY = st.builds(
     pose_covariance=covariance(6),
     twist_covariance=covariance(6),
 )
+AIR_PRESSURE = st.builds(
+    AirPressure,
+    stamp_ns=STAMPS,
+    pressure=st.floats(0.0, 1e300, exclude_min=True),
+    variance=st.floats(0.0, 1e300),
+)
 SPEED = st.floats(0.0, 1e300)
 ROTOR_COMMAND = st.builds(
     RotorCommand,
@@ -146,6 +154,12 @@ def test_rotor_command_roundtrip(command: RotorCommand) -> None:
     assert bits(commands.rotor_command_from_msg(message, NAME)) == bits(command)
 
 
+@given(AIR_PRESSURE)
+def test_air_pressure_roundtrip(measurement: AirPressure) -> None:
+    message = over_the_wire(barometer_wire.to_msg(measurement, NAME))
+    assert bits(barometer_wire.from_msg(message, NAME, TEAM)) == bits(measurement)
+
+
 EYE3, EYE6 = np.eye(3), np.eye(6)
 STAMP_NS = 12_345_678_901
 ATTITUDE = np.array([0.1, -0.2, 0.3, math.sqrt(1.0 - 0.14)])
@@ -182,11 +196,16 @@ def command_message() -> Any:
     )
 
 
+def pressure_message() -> Any:
+    return barometer_wire.to_msg(AirPressure(STAMP_NS, 101_300.5, 36.0), NAME)
+
+
 KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "imu": (imu_message, lambda message: imu_wire.from_msg(message, NAME, TEAM)),
     "flow": (flow_message, lambda message: flow_wire.from_msg(message, NAME, TEAM)),
     "sonar": (sonar_message, lambda message: sonar_wire.from_msg(message, NAME, TEAM)),
     "bearings": (bearings_message, lambda message: bearings_wire.from_msg(message, NAME, TEAM)),
+    "pressure": (pressure_message, lambda message: barometer_wire.from_msg(message, NAME, TEAM)),
     "odometry": (odometry_message, lambda message: odometry_wire.odometry_from_msg(message, NAME)),
     "command": (command_message, lambda message: commands.rotor_command_from_msg(message, NAME)),
 }
@@ -259,6 +278,13 @@ def test_the_message_that_is_spoiled_below_is_good(kind: str) -> None:
         ("bearings", "observations[1].azimuth", 3.15, Reason.INVALID, "azimuth to 'follower_2'"),
         ("bearings", "observations[1].elevation", NAN, Reason.INVALID, "elevation to 'follower_2'"),
         ("bearings", "observations[1].covariance[3]", NAN, Reason.INVALID, "covariance must be finite"),
+        ("pressure", "header.frame_id", "leader/base_link", Reason.FOREIGN, "frame_id"),
+        ("pressure", "header.stamp.sec", -1, Reason.INVALID, "no valid stamp"),
+        ("pressure", "fluid_pressure", NAN, Reason.INVALID, "fluid_pressure must be positive and finite"),
+        ("pressure", "fluid_pressure", INF, Reason.INVALID, "(got inf Pa)"),
+        ("pressure", "fluid_pressure", 0.0, Reason.INVALID, "(got 0.0 Pa)"),
+        ("pressure", "variance", -1.0, Reason.INVALID, "variance must be finite and not negative"),
+        ("pressure", "variance", NAN, Reason.INVALID, "(got nan Pa^2)"),
         ("odometry", "header.frame_id", "odom", Reason.FOREIGN, "frame_id must be 'map' (got 'odom')"),
         ("odometry", "child_frame_id", "leader/base_link", Reason.FOREIGN, "child_frame_id must be"),
         ("odometry", "pose.pose.position.z", NAN, Reason.INVALID, "position must be finite"),

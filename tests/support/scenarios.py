@@ -23,6 +23,11 @@ NOISE_FREE = (
 )
 """Overrides: perfect sensors, and the nominal vehicle flies."""
 
+WITH_BAROMETER = (
+    "sensors.barometer={pressure_std_pa: 6, bias_std_pa: 50, drift_std_pa_s: 0.1, dropout_probability: 0}"
+)
+"""Override: every vehicle carries the optional barometer."""
+
 
 def paper_scenario(*overrides: str, seed: int = 0) -> LoadedScenario:
     """The paper's scenario with overrides."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from relform_core.load import load_scenario
 from relform_core.measurements import Odometry, VehicleMeasurements
 from relform_core.randomness import Streams
 from relform_core.scenario_config import Dropout, Outliers, ScenarioConfig
@@ -18,9 +16,11 @@ from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_sensors.suite import SensorSuite
+from support.scenarios import WITH_BAROMETER, paper_scenario
 
-CONFIG = load_scenario(Path(__file__).parents[3] / "config/scenarios/paper.yaml").config
-SENSORS = ("imu", "optic_flow", "sonar", "range_bearing", "localization")
+PAPER = paper_scenario().config
+CONFIG = paper_scenario(WITH_BAROMETER).config
+SENSORS = tuple(sensor.name for sensor in CONFIG.sensors_of("leader"))
 N_STEPS = 6
 OUT_OF_VIEW = np.array([500.0, 0.0, 0.0])
 ZEROS = np.zeros((6, 6))
@@ -193,3 +193,11 @@ def test_events_and_dropouts_lose_as_much_as_both_causes_together() -> None:
 def test_only_the_leader_is_localized() -> None:
     assert all(step.newest(LOCALIZATION) is not None for step in fly(CONFIG, "leader", 1))
     assert all(step.newest(LOCALIZATION) is None for step in fly(CONFIG, "follower_1", 1))
+
+
+@given(seed=st.integers(0, 2**32), name=st.sampled_from(CONFIG.team.vehicles))
+def test_an_optional_sensor_changes_no_draw_of_the_others(seed: int, name: str) -> None:
+    for without, with_it in zip(fly(PAPER, name, seed), fly(CONFIG, name, seed), strict=True):
+        assert set(with_it.by_sensor) - set(without.by_sensor) == {"barometer"}
+        for sensor, measurements in without.by_sensor.items():
+            assert bits(with_it.by_sensor[sensor]) == bits(measurements)
