@@ -1,5 +1,6 @@
 """Sweeps from the command line, with real flights in real processes."""
 
+import csv
 import json
 import os
 import signal
@@ -10,10 +11,13 @@ from pathlib import Path
 
 import pytest
 
+from relform_analysis.report.command import main as make_report
 from relform_analysis.sweep.command import main
+from relform_analysis.sweep.flight_row import fly
 from relform_analysis.sweep.folder import SweepFolder
-from relform_analysis.sweep.runs import fly, fly_all, in_order
+from relform_analysis.sweep.runs import fly_all, in_order
 from relform_analysis.sweep.session import executor_for
+from support.pages import Page
 from support.scenarios import PAPER
 from support.sweeps import BASE, LOOSE, files_of, short_phases, short_runs, without_times
 
@@ -57,6 +61,24 @@ def test_an_interrupted_sweep_goes_on(tmp_path: Path, how: signal.Signals, exit_
     assert len(files_of(tmp_path)) == 40
     (variant,) = json.loads((tmp_path / "sweep.json").read_text())["variants"]
     assert (variant["runs"], variant["completed"]) == (40, 40)
+
+
+def test_changed_keys_are_in_every_result(tmp_path: Path) -> None:
+    variants = tmp_path / "variants.yaml"
+    variants.write_text("variants: [{name: odd, title: t, set: [start.yaw_deg=20]}]")
+    out, change = tmp_path / "out", "controller.horizon_steps=12"
+    command = arguments(out, 1, "--variants", str(variants), "--set", change)
+    assert main(command) == 0
+    report = json.loads((out / "sweep.json").read_text())
+    assert report["set"] == [short_phases(0.25), change]
+    assert report["variants"][0]["set"] == ["start.yaw_deg=20"]
+    with (out / "runs.csv").open(newline="") as table:
+        (row,) = csv.DictReader(table)
+    assert row["set"] == f"{short_phases(0.25)}; {change}; start.yaw_deg=20"
+    assert make_report([str(out)]) == 0
+    page = Page((out / "report.html").read_text()).text
+    assert change in page
+    assert "start.yaw_deg=20" in page
 
 
 def test_a_worker_that_is_killed_costs_one_run(tmp_path: Path) -> None:

@@ -5,6 +5,8 @@ import dataclasses
 import json
 import os
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -18,10 +20,11 @@ from relform_analysis.flight.archive import read_log
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.summary import Json
 from relform_analysis.sweep import runs as sweep
+from relform_analysis.sweep.flight_row import fly, identity
 from relform_analysis.sweep.folder import REPORT, TABLE, SweepFolder, write_table
 from relform_analysis.sweep.plan import Run, load_variants, plan_runs
-from relform_analysis.sweep.runs import fly, fly_all, in_order, resume
-from relform_analysis.sweep.software import flight_software
+from relform_analysis.sweep.runs import fly_all, in_order, resume
+from relform_analysis.sweep.software import ROOTS, flight_software, imported
 from relform_core.errors import ConfigError, FlightError, RelformError
 from relform_core.load import load_scenario
 from support.logs import perfect_builder
@@ -39,7 +42,7 @@ def written(folder: Path, text: str) -> Path:
 
 def pretended(run: Run) -> tuple[Json, FlightLog | None]:
     """In place of a flight: its seed decides what becomes of it."""
-    row: Json = {"variant": run.variant, "seed": run.seed, "outcome": "completed", "reason": None}
+    row: Json = {**identity(run), "outcome": "completed", "reason": None}
     match run.seed:
         case 2:
             row |= {"outcome": "fault", "reason": "follower_1 collided with leader"}
@@ -211,14 +214,74 @@ def test_a_damaged_result_is_flown_again(
     assert flown == ["base-s1"] * 2
 
 
-def test_changes_are_flown_and_kept(tmp_path: Path, flown: list[str]) -> None:
+def test_changed_software_flies_again(tmp_path: Path, flown: list[str]) -> None:
     fly_here(short_runs(1), tmp_path)
-    fly_here(short_runs(1, "start.yaw_deg=30"), tmp_path)
     changed_software = [dataclasses.replace(run, software="other") for run in short_runs(1)]
     fly_here(changed_software, tmp_path)
-    assert flown == ["base-s1"] * 3
+    assert flown == ["base-s1"] * 2
     fly_here(changed_software, tmp_path)
-    assert flown == ["base-s1"] * 3
+    assert flown == ["base-s1"] * 2
+
+
+@pytest.mark.parametrize(
+    ("planned", "replaced"),
+    [
+        (lambda: short_runs(5, variants=(LOOSE,)), ["base-s1", "base-s2", "base-s5"]),
+        (lambda: short_runs(4), ["base-s5"]),
+        (lambda: short_runs(5, "start.yaw_deg=30"), ["base-s1", "base-s2", "base-s5"]),
+    ],
+    ids=["other variants", "fewer seeds", "another configuration"],
+)
+def test_a_sweep_does_not_replace_another_one(
+    tmp_path: Path, flown: list[str], planned: Callable[[], list[Run]], replaced: list[str]
+) -> None:
+    rows = fly_here(short_runs(5), tmp_path)
+    SweepFolder(tmp_path).conclude("s.yaml", (), (BASE,), rows, {})
+    kept = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    flown.clear()
+    with pytest.raises(RelformError) as refusal:
+        fly_here(planned(), tmp_path)
+    assert str(refusal.value) == (
+        f"{tmp_path}: holds {len(replaced)} flight(s) of another sweep, with other variants, seeds or "
+        f"settings ({', '.join(replaced)}); name another folder with --out, or delete this one"
+    )
+    assert not flown
+    assert {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()} == kept
+
+
+def test_more_seeds_and_variants_add_to_a_sweep(tmp_path: Path, flown: list[str]) -> None:
+    fly_here(short_runs(1), tmp_path)
+    assert len(fly_here(short_runs(2, variants=(BASE, LOOSE)), tmp_path)) == 4
+    assert sorted(flown) == ["base-s1", "base-s2", "loose-s1", "loose-s2"]
+
+
+def test_all_code_that_flies_a_run_is_in_its_fingerprint(tmp_path: Path) -> None:
+    program = (
+        "import dataclasses, sys\n"
+        "from pathlib import Path\n"
+        "from relform_analysis.flight.archive import write_log\n"
+        "from relform_analysis.sweep.flight_row import fly\n"
+        "from support.sweeps import short_runs\n"
+        "run = dataclasses.replace(short_runs(1)[0], keeps_log=True)\n"
+        "row, log = fly(run)\n"
+        f"write_log(Path({str(tmp_path / 'log.npz')!r}), log)\n"
+        "print(row['outcome'], *(name for name in sys.modules if name.startswith('relform_')))\n"
+    )
+    path = f"{Path(__file__).parents[2]}:{os.environ.get('PYTHONPATH', '')}"
+    environment = os.environ | {"PYTHONPATH": path}
+    flown = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    outcome, *loaded = flown.stdout.split()
+    assert outcome == "completed"
+    modules, libraries = imported(ROOTS)
+    assert set(loaded) - {"relform_workspace"} <= modules.keys()  # which only finds the packages
+    assert {"casadi", "daqp", "numpy", "scipy", "pydantic"} <= libraries.keys()
+    assert not {"matplotlib", "jinja2"} & libraries.keys()
 
 
 def test_a_crash_is_an_outcome_and_a_failure_is_tried_again(tmp_path: Path, flown: list[str]) -> None:
@@ -235,10 +298,11 @@ def test_a_crash_is_an_outcome_and_a_failure_is_tried_again(tmp_path: Path, flow
 
 def test_table_and_statistics_hold_every_run(tmp_path: Path, flown: list[str]) -> None:
     rows = fly_here(short_runs(4), tmp_path)
-    returned = SweepFolder(tmp_path).conclude("s.yaml", (BASE, LOOSE), rows, {"relform": "0.1.0"})
+    returned = SweepFolder(tmp_path).conclude("s.yaml", ("a.b=1",), (BASE, LOOSE), rows, {"relform": "0.1.0"})
     report = json.loads((tmp_path / REPORT).read_text())
     assert report == returned
     assert report["versions"] == {"relform": "0.1.0"}
+    assert report["set"] == ["a.b=1"]
     base, loose = report["variants"]
     assert (base["runs"], base["completed"], base["crashed"], base["failed"]) == (4, 1, 1, 2)
     assert [lost["seed"] for lost in base["reasons"]] == [2, 3, 4]
@@ -300,7 +364,7 @@ def test_a_result_that_cannot_be_written_is_told(tmp_path: Path) -> None:
         folder.store(run, {"variant": "base"})
     (tmp_path / TABLE).mkdir()
     with pytest.raises(RelformError, match=r"runs\.csv: cannot be written: Is a directory"):
-        folder.conclude("s.yaml", (BASE,), [], {})
+        folder.conclude("s.yaml", (), (BASE,), [], {})
 
 
 class LostMachines(Executor):

@@ -53,7 +53,7 @@ def evaluate(options: argparse.Namespace) -> tuple[str, list[str]]:
         executor_for(options.jobs, options.scheduler) as executor,
     ):
         rows = fly_shown(runs, folder, executor, Console(stderr=True))
-        report = folder.conclude(str(options.scenario), variants, rows, software_versions())
+        report = folder.conclude(str(options.scenario), (), variants, rows, software_versions())
         finished = {(row["variant"], row["seed"]) for row in rows if row["outcome"] != "failed"}
         logs = _logs(folder, [run for run in runs if (run.variant, run.seed) in finished])
     team = runs[0].scenario.config.team

@@ -70,6 +70,7 @@ def sweep_page(sweep: Sweep) -> str:
         sweep_data(sweep, [*compared, *others]),
         name=Path(sweep.report["scenario"]).stem,
         scenario=sweep.report["scenario"],
+        overrides=sweep.report.get("set", []),
         tiles=_tiles(variants[0]) if len(variants) == 1 else [],
         variants=variants,
         flights=sum(variant["runs"] for variant in variants),

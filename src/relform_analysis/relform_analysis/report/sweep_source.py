@@ -11,7 +11,7 @@ from relform_analysis.report.json_file import read_json
 from relform_analysis.sweep.folder import REPORT, TABLE
 from relform_core.errors import RelformError
 
-TEXTS = ("variant", "scenario", "title", "outcome", "reason")
+TEXTS = ("variant", "scenario", "title", "outcome", "reason", "set")
 """Columns that stay text, even where it reads as a number."""
 VARIANT_KEYS = {"name", "title", "set", "runs", "completed", "crashed", "failed", "reasons", "metrics"}
 

@@ -40,7 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             executor_for(options.jobs, options.scheduler) as executor,
         ):
             rows = fly_shown(runs, folder, executor, console)
-            report = folder.conclude(str(options.scenario), variants, rows, software_versions())
+            report = folder.conclude(
+                str(options.scenario), options.overrides, variants, rows, software_versions()
+            )
     except KeyboardInterrupt:
         print("\ninterrupted; finished runs are kept, the same command continues from there", file=sys.stderr)
         raise

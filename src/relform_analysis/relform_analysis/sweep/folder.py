@@ -23,10 +23,14 @@ REPORT = "sweep.json"
 RUNS = "runs"
 """Folder with a file per finished run."""
 FORMAT_VERSION = 1
+SHOWN = 3
+"""Flights that an error names."""
 
 
 class _StoredRun(Schema):
     fingerprint: str
+    configuration: str
+    """Of the scenario, seed included, whatever the software."""
     row: dict[str, str | int | float | None]
 
 
@@ -57,12 +61,30 @@ class SweepFolder:
     def __exit__(self, *exception: object) -> None:
         os.close(self._lock)
 
+    def refuse_other_sweep(self, runs: Sequence[Run]) -> None:
+        """Make sure that these runs replace no flight of another sweep.
+
+        Raises:
+            RelformError: the folder holds flights that are not among the runs, or of another configuration.
+        """
+        planned = {run.name: run.scenario.fingerprint for run in runs}
+        others = [
+            file.stem
+            for file in sorted((self.path / RUNS).glob("*.json"))
+            if (stored := _read_stored(file)) is not None and stored.configuration != planned.get(file.stem)
+        ]
+        if others:
+            named = ", ".join(others[:SHOWN]) + (", ..." if len(others) > SHOWN else "")
+            raise RelformError(
+                f"{self.path}: holds {len(others)} flight(s) of another sweep, with other variants, seeds or "
+                f"settings ({named}); name another folder with --out, or delete this one"
+            )
+
     def finished(self, run: Run) -> Json | None:
         """Row of a run that has been flown with the same configuration and software."""
-        try:
-            stored = _StoredRun.model_validate_json(self._row_file(run).read_bytes())
-        except (OSError, ValueError):
-            return None  # not there, or damaged: it will be flown again
+        stored = _read_stored(self._row_file(run))
+        if stored is None:
+            return None
         if stored.fingerprint != run.fingerprint or (run.keeps_log and not self._log_file(run).is_file()):
             return None
         return stored.row
@@ -75,7 +97,9 @@ class SweepFolder:
         """
         if log is not None:
             write_log(self._log_file(run), log)
-        stored = _StoredRun(fingerprint=run.fingerprint, row=dict(row))
+        stored = _StoredRun(
+            fingerprint=run.fingerprint, configuration=run.scenario.fingerprint, row=dict(row)
+        )
         write_atomically(self._row_file(run), stored.model_dump_json(indent=1))
 
     def log(self, run: Run) -> FlightLog:
@@ -89,18 +113,26 @@ class SweepFolder:
     def conclude(
         self,
         scenario: str,
+        overrides: Sequence[str],
         variants: Sequence[Variant],
         rows: Sequence[Mapping[str, Any]],
         versions: Mapping[str, str | None],
     ) -> Json:
         """Write the table and sweep.json (docs/sweep.md) from the rows of all runs, and return the latter.
 
+        Args:
+            scenario: its file.
+            overrides: keys that were changed in all variants, ``some.key=value``.
+            variants: with their own changes.
+            rows: of all runs.
+            versions: of the software.
         Raises:
             RelformError: they cannot be written.
         """
         report = {
             "format": FORMAT_VERSION,
             "scenario": scenario,
+            "set": list(overrides),
             "variants": [
                 {
                     "name": variant.name,
@@ -121,6 +153,14 @@ class SweepFolder:
 
     def _log_file(self, run: Run) -> Path:
         return self.path / RUNS / f"{run.name}.npz"
+
+
+def _read_stored(file: Path) -> _StoredRun | None:
+    """A stored run; None: there is none, or it is damaged and will be flown again."""
+    try:
+        return _StoredRun.model_validate_json(file.read_bytes())
+    except (OSError, ValueError):
+        return None
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:

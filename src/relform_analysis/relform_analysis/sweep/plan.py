@@ -46,6 +46,8 @@ class Run:
     scenario: LoadedScenario
     software: str
     """Of the process that planned it."""
+    changes: tuple[str, ...] = ()
+    """Keys that were changed for it, ``some.key=value``: for all variants, then for its own."""
     keeps_log: bool = False
     """Whether the whole flight is wanted, and not only its row in the table."""
 
@@ -107,14 +109,14 @@ def plan_runs(
         try:
             if any(change.partition("=")[0].strip() == "seed" for change in changes):
                 raise ConfigError("--set seed: a sweep flies many; --seed is the first of them")
-            loaded[variant.name] = load_scenario(scenario, changes, seeds[0])
+            loaded[variant.name] = load_scenario(scenario, changes, seeds[0]), changes
         except ConfigError as error:
             raise ConfigError(f"variant '{variant.name}': {error}") from None
     # Seed by seed, so that an unfinished sweep has about as many runs of every variant.
     return [
-        Run(name, with_first_seed.with_seed(seed), flight_software())
+        Run(name, with_first_seed.with_seed(seed), flight_software(), changes)
         for seed in seeds
-        for name, with_first_seed in loaded.items()
+        for name, (with_first_seed, changes) in loaded.items()
     ]
 
 
