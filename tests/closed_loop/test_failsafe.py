@@ -62,7 +62,7 @@ def test_levels_and_sinks_slowly(
         climbs.append(R_NB.apply(truth.v_NB_B)[2])
         yaw_rates.append(math.degrees(truth.w_NB_B[2]))
         speeds = onboard.rotor_speeds(
-            stamp_ns, None, imu.read(truth, plant.specific_force()), optic_flow.read(truth)
+            stamp_ns, (), imu.read(truth, plant.specific_force()), optic_flow.read(truth)
         )
         plant.advance(tuple(speeds.tolist()), CONFIG.controller.period, thrust_scale=thrust_scale)
 

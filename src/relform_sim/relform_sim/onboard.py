@@ -1,5 +1,6 @@
 """What runs on a vehicle itself: which command, or what instead of it, turns the rotors in each interval."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,22 +49,23 @@ class Onboard:
         self._failsafe.descent_speed = config.descent_speed
 
     def rotor_speeds(
-        self, stamp_ns: int, command: RotorCommand | None, imu: Imu, optic_flow: OpticFlow
+        self, stamp_ns: int, commands: Sequence[RotorCommand], imu: Imu, optic_flow: OpticFlow
     ) -> Array:
         """Rotor speeds of one interval, within the limits [rad/s], shape (4,).
 
         Args:
             stamp_ns: start of the interval.
-            command: what has arrived since the interval before, or None.
+            commands: what has arrived since the interval before, in order of arrival.
             imu: the vehicle's own, at the start of the interval.
             optic_flow: likewise.
         """
-        if command is None:
+        if not commands:
             self.counts.missing += 1
-        elif self._acceptable(command, stamp_ns):
-            self._last = command
-        else:
-            self.counts.rejected += 1
+        for command in commands:
+            if self._acceptable(command, stamp_ns):
+                self._last = command
+            else:
+                self.counts.rejected += 1
         speeds = self._planned(stamp_ns)
         if speeds is None:
             self.counts.failsafe += 1

@@ -11,14 +11,14 @@ from collections.abc import Mapping
 from relform_core.errors import FlightError
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.randomness import Stream, Streams
-from relform_core.scenario_config import CommandLoss, ScenarioConfig, ThrustScale, Wind
+from relform_core.scenario_config import ScenarioConfig, ThrustScale, Wind
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_core.vehicle_config import VehicleConfig
-from relform_sensors.loss import Loss
 from relform_sensors.suite import SensorSuite
 from relform_sim.faults import find_fault
+from relform_sim.link import LinkFactory, lossy_link
 from relform_sim.onboard import Onboard, OnboardCounts
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import Vector3, draw_body
@@ -31,7 +31,9 @@ class Vehicle:
     hover speed of the nominal vehicle.
     """
 
-    def __init__(self, config: ScenarioConfig, seed: int, name: str) -> None:
+    def __init__(
+        self, config: ScenarioConfig, seed: int, name: str, make_link: LinkFactory = lossy_link
+    ) -> None:
         """Raises FlightError if the team has no such vehicle."""
         if name not in config.team.vehicles:
             raise FlightError(f"'{name}' is not in the team, known are {', '.join(config.team.vehicles)}")
@@ -55,13 +57,10 @@ class Vehicle:
         )
         self._onboard = Onboard(config.vehicle, config.controller.period)
         self._sensors = SensorSuite(config, name, streams)
+        self._link = make_link(config, name, streams)
         events = [event for event in config.events if event.target == name]
         self._winds = [event for event in events if isinstance(event, Wind)]
         self._thrust_scales = [event for event in events if isinstance(event, ThrustScale)]
-        self._command_loss = Loss(
-            streams[Stream.LINK],
-            events=[event for event in events if isinstance(event, CommandLoss)],
-        )
 
     @property
     def counts(self) -> OnboardCounts:
@@ -77,7 +76,8 @@ class Vehicle:
         """Integrate from the step before and return the ground truth at t_step; step 0: the initial one.
 
         Args:
-            command: the one for [t_{step - 1}, t_step], as it was sent; None: it was not. Step 0: not used.
+            command: the one for [t_{step - 1}, t_step], sent by the controller at t_{step - 1}; None: it sent
+                none. Step 0: not used.
         Raises:
             FlightError: the step before was not advanced to, or not measured.
         """
@@ -89,14 +89,20 @@ class Vehicle:
         return self._plant.odometry(self._stamp_ns(step))
 
     def measure(self, step: int, ground_truth: Mapping[str, Odometry]) -> VehicleMeasurements:
-        """What this vehicle sends at t_step, given the true states of all vehicles, its own included.
+        """Measure at t_step, given the true states of all vehicles, its own included, and send.
 
+        Returns:
+            This vehicle's measurements that arrive at the controller at t_step; their stamps may be older.
         Raises:
             FlightError: not the step just advanced to, or ground truth of another instant.
         """
         self._check_instant(step, ground_truth)
         self._readings = self._sensors.read(ground_truth, self._plant.specific_force())
-        return self._sensors.transmit(self._readings)
+        stamp_ns = self._stamp_ns(step)
+        for sensor in self._config.sensors_of(self._name):
+            for measurement in self._readings.arrived(sensor):
+                self._link.up.send(stamp_ns, (sensor, measurement))
+        return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
 
     def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:
         """Why this vehicle cannot fly on, in one line; None: it can. Arguments and errors as ``measure``."""
@@ -110,8 +116,9 @@ class Vehicle:
         if imu is None or optic_flow is None or imu.stamp_ns != stamp_ns:
             raise FlightError(f"{self._name}: step {step} was not measured before step {step + 1}")
         time = stamp_ns / NANOSECONDS_PER_SECOND
-        is_lost = self._command_loss.loses(time)  # drawn in any case
-        speeds = self._onboard.rotor_speeds(stamp_ns, None if is_lost else command, imu, optic_flow)
+        if command is not None:
+            self._link.down.send(stamp_ns, command)
+        speeds = self._onboard.rotor_speeds(stamp_ns, self._link.down.deliver(stamp_ns), imu, optic_flow)
         winds = [wind.force_N for wind in self._winds if wind.active(time)]
         self._plant.advance(
             tuple(speeds.tolist()),

@@ -16,6 +16,7 @@ from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_sensors.suite import SensorSuite
+from relform_sim.link import lossy_link
 from support.scenarios import WITH_BAROMETER, paper_scenario
 
 PAPER = paper_scenario().config
@@ -46,9 +47,16 @@ def ground_truth(step: int, hidden: Mapping[str, set[int]]) -> dict[str, Odometr
 def fly(
     config: ScenarioConfig, name: str, seed: int, hidden: Mapping[str, set[int]] | None = None
 ) -> list[VehicleMeasurements]:
-    suite = SensorSuite(config, name, Streams(seed, config.team.vehicles.index(name)))
+    streams = Streams(seed, config.team.vehicles.index(name))
+    suite, link = SensorSuite(config, name, streams), lossy_link(config, name, streams)
     f_NB_B = np.array([0.1, -0.2, 9.7])
-    return [suite.transmit(suite.read(ground_truth(step, hidden or {}), f_NB_B)) for step in range(N_STEPS)]
+    arrived = []
+    for step in range(N_STEPS):
+        readings = suite.read(ground_truth(step, hidden or {}), f_NB_B)
+        for sensor in config.sensors_of(name):
+            link.up.send(step * config.period_ns, (sensor, readings.newest(sensor)))
+        arrived.append(VehicleMeasurements.collect(link.up.deliver(step * config.period_ns)))
+    return arrived
 
 
 def bits(value: Any) -> Any:

@@ -48,8 +48,9 @@ class Flight:
 
     def next(self, arrived: RotorCommand | None) -> Any:
         self.step += 1
+        commands = () if arrived is None else (arrived,)
         optic_flow = OpticFlow(0, np.array([0.1, 0.2, -0.3]), np.eye(3))
-        return self.onboard.rotor_speeds(self.step * PERIOD_NS, arrived, imu(), optic_flow)
+        return self.onboard.rotor_speeds(self.step * PERIOD_NS, commands, imu(), optic_flow)
 
 
 def test_good_commands_are_flown() -> None:

@@ -9,6 +9,7 @@ from relform_controller.formation_controller import FormationController
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand, TeamMeasurements
 from relform_core.telemetry import Decision
+from relform_sim.link import LinkFactory, lossy_link
 from relform_sim.vehicle import Vehicle
 
 
@@ -25,14 +26,16 @@ class SimulatedStep:
     """None at the last instant: the scenario or a fault ends the flight there."""
 
 
-def simulate(scenario: LoadedScenario) -> Iterator[SimulatedStep]:
+def simulate(scenario: LoadedScenario, make_link: LinkFactory = lossy_link) -> Iterator[SimulatedStep]:
     """Fly a scenario to its end or to the first fault, one control step at a time.
 
+    Args:
+        make_link: the link of each vehicle.
     Raises:
         FlightError: the flight cannot start.
     """
     config = scenario.config
-    vehicles = {name: Vehicle(config, scenario.seed, name) for name in config.team.vehicles}
+    vehicles = {name: Vehicle(config, scenario.seed, name, make_link) for name in config.team.vehicles}
     controller = FormationController(config)
     commands: Mapping[str, RotorCommand | None] = dict.fromkeys(vehicles)
     for step in range(config.n_steps + 1):
