@@ -8,7 +8,7 @@ import numpy as np
 from relform_core.arrays import Array
 from relform_core.measurements import Odometry
 from relform_core.scenario_config import Outliers
-from relform_core.sensors.range_bearing import RangeBearing, RangeBearingConfig, RangeBearings, Sector
+from relform_core.sensors.range_bearing import RangeBearing, RangeBearingConfig, RangeBearings
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sensors.model import Carrier, Read
 from relform_sensors.rotation import rotation_matrix, wrap_angle
@@ -74,7 +74,7 @@ class RangeBearingSensor:
 
     def _in_view(self, distance: float, azimuth: float, elevation: float) -> bool:
         return self._config.range_min <= distance <= self._config.range_max and any(
-            _in_sector(sector, azimuth, elevation) for sector in self._config.sectors
+            sector.contains(azimuth, elevation) for sector in self._config.sectors
         )
 
     def _std(self, distance: float, elevation: float) -> Array:
@@ -112,11 +112,3 @@ def _principal(azimuth: float, elevation: float) -> tuple[float, float]:
         elevation = math.copysign(math.pi, elevation) - elevation
         azimuth += math.pi
     return wrap_angle(azimuth), elevation
-
-
-def _in_sector(sector: Sector, azimuth: float, elevation: float) -> bool:
-    if not sector.elevation_min <= elevation <= sector.elevation_max:
-        return False
-    if sector.azimuth_min < sector.azimuth_max:
-        return sector.azimuth_min <= azimuth <= sector.azimuth_max
-    return azimuth >= sector.azimuth_min or azimuth <= sector.azimuth_max  # spans the backward direction

@@ -1,14 +1,10 @@
 """How far the vehicles stay inside each other's field of view."""
 
-import math
-
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_core.arrays import Array
-from relform_core.sensors.range_bearing import RANGE_BEARING, Sector
-
-FULL_CIRCLE_TOLERANCE = 1e-9
+from relform_core.sensors.range_bearing import RANGE_BEARING
 
 
 def view_margins(log: FlightLog) -> Array:
@@ -25,19 +21,9 @@ def view_margins(log: FlightLog) -> Array:
     x, y, z = np.moveaxis(p_BB_B, -1, 0)
     azimuth, elevation = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
     sectors = log.scenario.config.sensors.of(RANGE_BEARING).sectors
-    margins: Array = np.max([_sector_margin(sector, azimuth, elevation) for sector in sectors], axis=0)
+    margins: Array = np.max([sector.margins(azimuth, elevation) for sector in sectors], axis=0)
     margins[:, np.arange(len(log.vehicles)), np.arange(len(log.vehicles))] = np.nan
     return margins
-
-
-def _sector_margin(sector: Sector, azimuth: Array, elevation: Array) -> Array:
-    vertical = np.minimum(elevation - sector.elevation_min, sector.elevation_max - elevation)
-    width = (sector.azimuth_max - sector.azimuth_min) % math.tau
-    if width < FULL_CIRCLE_TOLERANCE or width > math.tau - FULL_CIRCLE_TOLERANCE:
-        return vertical
-    middle = sector.azimuth_min + width / 2.0
-    away = np.abs(np.remainder(azimuth - middle + math.pi, math.tau) - math.pi)
-    return np.minimum(vertical, width / 2.0 - away)
 
 
 def _into_body(p_N: Array, q_NB: Array) -> Array:

@@ -5,12 +5,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from relform_core.arrays import Array
 from relform_core.schema import NonNegative, Positive, Schema
 from relform_core.sensors.sensor import Sensor, SensorConfig
 from relform_core.units import DEGREES
+
+FULL_CIRCLE_TOLERANCE = 1e-9
+"""[rad]."""
 
 
 class Sector(Schema):
@@ -21,6 +25,27 @@ class Sector(Schema):
     """May be less than azimuth_min: the sector then spans the backward direction."""
     elevation_min: Annotated[float, Field(alias="elevation_min_deg", ge=-90.0, le=90.0), DEGREES]
     elevation_max: Annotated[float, Field(alias="elevation_max_deg", ge=-90.0, le=90.0), DEGREES]
+
+    def contains(self, azimuth: float, elevation: float) -> bool:
+        """Whether a bearing [rad] is in the sector, its limits included; the azimuth is in [-pi, pi]."""
+        if not self.elevation_min <= elevation <= self.elevation_max:
+            return False
+        if self.azimuth_min < self.azimuth_max:
+            return self.azimuth_min <= azimuth <= self.azimuth_max
+        return azimuth >= self.azimuth_min or azimuth <= self.azimuth_max  # spans the backward direction
+
+    def margins(self, azimuth: Array, elevation: Array) -> Array:
+        """Angles from bearings to the nearest limit, negative outside [rad]; all of the same shape.
+
+        A sector of all azimuths has no limit there.
+        """
+        vertical: Array = np.minimum(elevation - self.elevation_min, self.elevation_max - elevation)
+        width = (self.azimuth_max - self.azimuth_min) % math.tau
+        if min(width, math.tau - width) < FULL_CIRCLE_TOLERANCE:
+            return vertical
+        middle = self.azimuth_min + width / 2.0
+        away = np.abs(np.remainder(azimuth - middle + math.pi, math.tau) - math.pi)
+        return np.minimum(vertical, width / 2.0 - away)
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
