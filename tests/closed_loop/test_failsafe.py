@@ -1,4 +1,4 @@
-"""The failsafe flies the true vehicle on its own sensors, from a bad start to a slow level descent."""
+"""The failsafe flies the true vehicle on its own sensors from a bad start to a slow level descent."""
 
 import math
 from pathlib import Path

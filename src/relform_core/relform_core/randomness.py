@@ -1,4 +1,4 @@
-"""One seed for everything: generators spawned with fixed keys, none depending on another's draws."""
+"""Random generators: all come from one seed by fixed keys, and none depends on the draws of another."""
 
 from enum import IntEnum
 
@@ -16,7 +16,7 @@ class Stream(IntEnum):
 
 
 class Streams:
-    """The generators of one vehicle. Everything that names the same key shares one generator."""
+    """The generators of one vehicle: one per key, shared by all models that use the key."""
 
     def __init__(self, seed: int, vehicle_index: int) -> None:
         """Seed of the flight, and index of the vehicle in team order."""

@@ -1,4 +1,4 @@
-"""Schema of ``config/sensors/*.yaml``: what every vehicle of a team measures, and how badly."""
+"""Schema of ``config/sensors/*.yaml``: the sensors of every vehicle of a team, and their errors."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ class SensorsConfig(_Sections):
     """The sensors of every vehicle of a team: one section per registered sensor, called by its name."""
 
     def has(self, sensor: Sensor[Any, Any]) -> bool:
-        """Whether the section of a sensor is there; only that of an optional one may be left out."""
+        """Whether a sensor is configured; only an optional one may be left out."""
         return getattr(self, sensor.name) is not None
 
     def of(self, sensor: Sensor[Any, C]) -> C:

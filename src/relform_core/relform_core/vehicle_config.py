@@ -10,13 +10,12 @@ from relform_core.units import DEGREES, GRAVITY, PERCENT, RPM, rad_s_to_rpm
 
 
 class FailsafeConfig(Schema):
-    """What a vehicle does by itself when commands stay away."""
+    """What a vehicle flies when no commands arrive."""
 
     plan_max: Annotated[float, Field(alias="plan_max_s", ge=0.0, le=10.0)]
-    """Time for which the plan of the last command is flown at most, before the vehicle levels out and
-    sinks."""
+    """Longest time for which the plan of the last command is flown; then the vehicle levels out and sinks."""
     descent_speed: Annotated[float, Field(alias="descent_speed_m_s", gt=0.0, le=3.0)]
-    """Speed at which a vehicle without a plan sinks."""
+    """Vertical speed of a vehicle without a plan, downwards."""
 
 
 class VehicleConfig(Schema):

@@ -16,14 +16,14 @@ from relform_sensors.rotation import (
 )
 
 UNKNOWN_YAW_VARIANCE = math.pi**2 / 3.0
-"""Variance of a yaw of which nothing is known: uniform in (-pi, pi] [rad^2]."""
+"""Variance of an unknown yaw, uniform in (-pi, pi] [rad^2]."""
 
 
 class ImuSensor:
     """IMU without magnetometer: roll and pitch are absolute.
 
-    The yaw is the true one plus an unknown constant plus a drift at an unknown constant rate, both drawn once
-    per flight; with ``yaw_is_known`` (the leader, which has a localization) it is as good as roll and pitch.
+    The yaw has an unknown constant offset and drifts at an unknown constant rate, both drawn once per flight.
+    With ``yaw_is_known`` (the leader, which has a localization) it is as good as roll and pitch.
     """
 
     def __init__(self, config: ImuConfig, generator: np.random.Generator, *, yaw_is_known: bool) -> None:

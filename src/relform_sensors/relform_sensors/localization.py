@@ -1,4 +1,4 @@
-"""The pose in the world frame that only the leader knows."""
+"""Pose in the world frame, for the leader only."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from relform_sensors.rotation import quaternion_from_rotation_vector, quaternion
 
 
 class LocalizationSensor:
-    """Absolute position, velocity and attitude (roll and pitch as good as the yaw), but not the rates."""
+    """Absolute position, velocity and attitude, with the same error about all axes; no rates."""
 
     def __init__(self, config: LocalizationConfig, generator: np.random.Generator) -> None:
         self._config = config

@@ -1,4 +1,4 @@
-"""What the model of a sensor is given, and how it is found."""
+"""Inputs of a sensor model, and the look-up of the model by the name of its sensor."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -14,14 +14,14 @@ from relform_sensors.model import Carrier, Read
 from relform_sensors.rotation import rotation_matrix, wrap_angle
 
 UNKNOWN_ANGLE_STD = math.pi / math.sqrt(3.0)
-"""Standard deviation of an angle of which nothing is known: uniform in (-pi, pi] [rad]."""
+"""Standard deviation of an unknown angle, uniform in (-pi, pi] [rad]."""
 
 
 class RangeBearingSensor:
     """Sees every target that is within the range limits and in one of the sectors of the field of view.
 
-    The noise is as long along the line of sight as across it. Every step draws the same numbers for every
-    possible target, in team order, whether or not it is seen.
+    The noise has the same standard deviation along the line of sight and across it. Every step draws the same
+    numbers for every possible target, in team order, whether or not it is seen.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class RangeBearingSensor:
         targets: Sequence[str],
         outliers: Sequence[Outliers],
     ) -> None:
-        """Observer, possible targets in team order, events that hit it; of several, the first acts."""
+        """Observer, possible targets in team order, and outlier events; of several events the first acts."""
         self._config = config
         self._generator = generator
         self._observer = observer
@@ -68,7 +68,7 @@ class RangeBearingSensor:
         distance, azimuth, elevation = (truth + std * noise).tolist()
         distance = abs(distance)
         azimuth, elevation = _principal(azimuth, elevation)
-        # The sensor knows neither the truth nor that this may be an outlier: it tells what it believes.
+        # The sensor knows neither the truth nor whether this is an outlier.
         covariance = np.diag(self._std(distance, elevation) ** 2)
         return RangeBearing(target, distance, azimuth, elevation, covariance)
 
@@ -101,12 +101,12 @@ def _spherical(p_BT_B: Array) -> Array:
 
 
 def _angle_std(across: float, arm: float) -> float:
-    """Angle of an error ``across`` at distance ``arm``; never worse than unknown, which it is at 0."""
+    """Angle of an error ``across`` at distance ``arm``, at most that of an unknown angle."""
     return across / max(arm, across / UNKNOWN_ANGLE_STD)
 
 
 def _principal(azimuth: float, elevation: float) -> tuple[float, float]:
-    """The same direction with elevation in [-pi/2, pi/2]: noise may carry it over a pole."""
+    """The same direction with elevation in [-pi/2, pi/2]; noise may move it over a pole."""
     elevation = wrap_angle(elevation)
     if abs(elevation) > 0.5 * math.pi:
         elevation = math.copysign(math.pi, elevation) - elevation

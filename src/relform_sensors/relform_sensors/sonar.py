@@ -22,7 +22,7 @@ class SonarSensor:
     def read(self, truth: Odometry) -> Sonar:
         """Measure the height of the vehicle with this true state."""
         height = _float32(float(truth.p_NB_N[2]) + self._range_std * self._generator.standard_normal())
-        # REP-117: a range outside the limits is an infinity that says on which side.
+        # REP-117: a range beyond a limit is infinite, with the sign of the side.
         if height < self._range_min:
             height = -math.inf
         elif height > self._range_max:

@@ -1,4 +1,4 @@
-"""What ends a flight: ground contact, collision, tilt beyond the limit, a state that is no number."""
+"""Faults that end a flight: ground contact, collision, excessive tilt, a state that is not finite."""
 
 import math
 from collections.abc import Mapping
@@ -10,9 +10,9 @@ from relform_core.vehicle_config import VehicleConfig
 
 
 def find_fault(config: VehicleConfig, name: str, ground_truth: Mapping[str, Odometry]) -> str | None:
-    """What is wrong with the vehicle ``name``, in one line, given the true states of all; None: nothing.
+    """The fault of the vehicle ``name`` in one line, given the true states of all; None: it has none.
 
-    The ground is touched when the body origin reaches it: the collision radius is that of the rotor plane.
+    Ground contact is that of the body origin: the collision radius is that of the rotor plane.
     """
     own = ground_truth[name]
     if not all(np.isfinite(part).all() for part in (own.p_NB_N, own.q_NB, own.v_NB_B, own.w_NB_B)):

@@ -1,4 +1,4 @@
-"""Messages that do not arrive."""
+"""Random loss of messages."""
 
 import math
 from collections.abc import Sequence
@@ -9,9 +9,9 @@ from relform_core.scenario_config import CommandLoss, Dropout
 
 
 class Loss:
-    """Independent causes, each of which loses a message with a probability: one that always acts, and events.
+    """Independent causes of loss, each with its probability: a permanent one, and events.
 
-    One draw per message, whatever acts, so that an event changes nothing but what it loses.
+    Each message takes one draw, so that an event affects no message but those that it loses.
     """
 
     def __init__(

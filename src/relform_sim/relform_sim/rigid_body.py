@@ -33,14 +33,14 @@ class Body:
 
 @dataclass(frozen=True)
 class Wrench:
-    """What the rotors do to the body: F_3 [N] along body z, and the torque about body x, y, z [N m]."""
+    """Force of the rotors on the body, F_3 [N] along body z, and torque about body x, y, z [N m]."""
 
     thrust: float
     torque: Vector3
 
 
 def draw_body(config: VehicleConfig, generator: np.random.Generator) -> Body:
-    """The vehicle that really flies: nominal, but for the mass and each moment of inertia."""
+    """The true vehicle: nominal, with a random mass and random moments of inertia."""
     draws = np.clip(generator.standard_normal(4), -UNCERTAINTY_LIMIT, UNCERTAINTY_LIMIT).tolist()
     x, y, z = (
         nominal * (1.0 + config.inertia_std * draw)

@@ -1,8 +1,8 @@
 """One simulated quadrotor: plant, link, onboard logic and sensors, moved from control step to control step.
 
 Step k is the instant t_k = k * period. Call ``advance(k)``, ``measure(k)`` and ``fault(k)`` in this order for
-k = 0, 1, 2 ... What a vehicle knows of the others is their ground truth as their ``advance`` hands it out: so
-a flight is the same, bit for bit, in one process and over ROS.
+k = 0, 1, 2 ... Sensors see the other vehicles only through the ground truth that ``advance`` returns: a
+flight is the same, bit for bit, in one process and over ROS.
 """
 
 import math
@@ -64,11 +64,11 @@ class Vehicle:
 
     @property
     def counts(self) -> OnboardCounts:
-        """How often something other than a fresh command was flown."""
+        """How often the vehicle flew without a fresh command."""
         return self._onboard.counts
 
     def set_limits(self, config: VehicleConfig) -> None:
-        """Take over the limits of the failsafe and of the tilt, and nothing else; between two steps."""
+        """Apply other limits of the failsafe and of the tilt, and nothing else, from the next step on."""
         self._limits = config
         self._onboard.set_limits(config.failsafe)
 
@@ -105,7 +105,7 @@ class Vehicle:
         return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
 
     def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:
-        """Why this vehicle cannot fly on, in one line; None: it can. Arguments and errors as ``measure``."""
+        """Why this vehicle cannot continue, in one line, or None. Arguments and errors as ``measure``."""
         self._check_instant(step, ground_truth)
         return find_fault(self._limits, self._name, ground_truth)
 

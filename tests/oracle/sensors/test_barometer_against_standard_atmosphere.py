@@ -25,7 +25,7 @@ def test_table_of_iso_2533(altitude: float, pressure: float) -> None:
 
 
 @given(st.floats(0.0, 1000.0))
-def test_the_air_above_weighs_as_much_as_the_pressure_says(altitude: float) -> None:
+def test_pressure_satisfies_hydrostatics(altitude: float) -> None:
     """dp/dz = -g p M / (R T), integrated from sea level, with the molar constants."""
 
     def rate(z: float, p: list[float]) -> list[float]:

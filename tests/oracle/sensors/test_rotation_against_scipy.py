@@ -54,7 +54,7 @@ def test_yaw_and_wrapping(yaw: float) -> None:
     assert math.remainder(wrapped - yaw, math.tau) == pytest.approx(0.0, abs=1e-14)
 
 
-def test_both_ends_wrap_to_plus_pi() -> None:
+def test_both_limits_wrap_to_plus_pi() -> None:
     assert wrap_angle(-math.pi) == math.pi
     assert wrap_angle(math.pi) == math.pi
     assert wrap_angle(3.0 * math.pi) == pytest.approx(math.pi)

@@ -1,4 +1,4 @@
-"""What is lost or out of view changes no other draw: flights with the same seed stay comparable."""
+"""Losses and limits of view change no other draw: flights with the same seed stay comparable."""
 
 from collections.abc import Mapping
 from dataclasses import fields
@@ -114,7 +114,9 @@ def assert_the_rest_is_the_same(
     sensors=sensor_sets,
     probability=probabilities,
 )
-def test_dropouts_of_the_sensors(seed: int, name: str, sensors: set[str], probability: float) -> None:
+def test_configured_dropouts_change_no_other_draw(
+    seed: int, name: str, sensors: set[str], probability: float
+) -> None:
     dropped = fly(with_dropouts(sensors, probability), name, seed)
     assert_the_rest_is_the_same(fly(CONFIG, name, seed), dropped, may_lose=sensors)
 
@@ -126,7 +128,9 @@ def test_dropouts_of_the_sensors(seed: int, name: str, sensors: set[str], probab
     probability=probabilities,
     start=st.floats(0.0, 0.3),
 )
-def test_dropout_events(seed: int, name: str, sensors: set[str], probability: float, start: float) -> None:
+def test_dropout_events_change_no_other_draw(
+    seed: int, name: str, sensors: set[str], probability: float, start: float
+) -> None:
     sensors = sensors - {"localization"} if name != CONFIG.team.leader else sensors
     events = tuple(dropout(sensor, start, probability, name) for sensor in sorted(sensors))
     dropped = fly(CONFIG.model_copy(update={"events": events}), name, seed)
@@ -137,7 +141,7 @@ def test_dropout_events(seed: int, name: str, sensors: set[str], probability: fl
     seed=st.integers(0, 2**32),
     hidden=st.fixed_dictionaries({"follower_1": step_sets, "follower_2": step_sets}),
 )
-def test_targets_out_of_view(seed: int, hidden: dict[str, set[int]]) -> None:
+def test_targets_out_of_view_change_no_other_draw(seed: int, hidden: dict[str, set[int]]) -> None:
     reference = fly(CONFIG, "leader", seed)
     for step, (expected, actual) in enumerate(
         zip(reference, fly(CONFIG, "leader", seed, hidden), strict=True)
@@ -152,7 +156,7 @@ def test_targets_out_of_view(seed: int, hidden: dict[str, set[int]]) -> None:
 
 
 @given(seed=st.integers(0, 2**32), probability=probabilities, start=st.floats(0.0, 0.2))
-def test_outliers(seed: int, probability: float, start: float) -> None:
+def test_outliers_change_no_other_draw(seed: int, probability: float, start: float) -> None:
     event = Outliers(
         kind="outliers",
         start_s=start,
@@ -172,7 +176,7 @@ def test_outliers(seed: int, probability: float, start: float) -> None:
 
 
 @given(seed=st.integers(0, 2**32))
-def test_same_seed_same_bits_and_every_vehicle_and_seed_its_own(seed: int) -> None:
+def test_equal_seeds_give_equal_bits_and_vehicles_and_seeds_differ(seed: int) -> None:
     flight = bits(fly(CONFIG, "follower_1", seed))
     assert flight == bits(fly(CONFIG, "follower_1", seed))
     assert flight != bits(fly(CONFIG, "follower_1", seed + 1))
@@ -184,7 +188,7 @@ def test_same_seed_same_bits_and_every_vehicle_and_seed_its_own(seed: int) -> No
     )
 
 
-def test_events_and_dropouts_lose_as_much_as_both_causes_together() -> None:
+def test_losses_of_events_and_of_the_configuration_are_independent() -> None:
     config = with_dropouts({"imu", "sonar"}, 0.5).model_copy(
         update={"events": (dropout("imu", 0.0, 0.5, "follower_2"), dropout("sonar", 0.0, 1.0, "follower_1"))}
     )

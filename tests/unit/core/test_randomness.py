@@ -1,4 +1,4 @@
-"""One seed, many streams that do not touch each other."""
+"""Independent random streams from one seed."""
 
 import itertools
 
@@ -17,7 +17,7 @@ def test_the_same_keys_give_the_same_draws() -> None:
     np.testing.assert_array_equal(first, second)
 
 
-def test_any_other_key_gives_others() -> None:
+def test_another_key_gives_other_draws() -> None:
     draws = {
         keys: tuple(spawn_generator(*keys).standard_normal(3))
         for keys in itertools.product((0, 1, 7), (0, 1, 2), KEYS)
@@ -50,7 +50,7 @@ def test_no_stream_is_used_twice() -> None:
     assert len(set(KEYS)) == len(KEYS)
 
 
-def test_the_same_key_gives_the_same_generator_to_all_that_share_it() -> None:
+def test_a_key_always_gives_the_same_generator() -> None:
     streams = Streams(7, 1)
     assert streams[IMU.stream] is streams[IMU.stream]
     assert streams[IMU.stream].integers(2**32) == spawn_generator(7, 1, IMU.stream).integers(2**32)

@@ -74,7 +74,7 @@ def make_sector(azimuth_min: float, azimuth_max: float, elevation_min: float, el
     )
 
 
-def test_noise_is_as_long_along_the_line_of_sight_as_across_it() -> None:
+def test_noise_is_equal_along_the_line_of_sight_and_across_it() -> None:
     scene, n = Scene(), 4000
     distance, azimuth, elevation = 1.3, math.radians(130.0), math.radians(40.0)
     line = direction(azimuth, elevation)
@@ -100,7 +100,7 @@ def test_covariance_is_that_of_the_model() -> None:
 
 
 @pytest.mark.parametrize("elevation_deg", [90.0, -90.0, 89.99])
-def test_at_a_pole_the_azimuth_is_unknown_and_everything_finite(elevation_deg: float) -> None:
+def test_at_a_pole_the_azimuth_is_unknown_and_all_numbers_are_finite(elevation_deg: float) -> None:
     scene = Scene(sectors=everywhere())
     for _ in range(50):
         measured = scene.one(1.5, 20.0, elevation_deg)
@@ -113,7 +113,7 @@ def test_at_a_pole_the_azimuth_is_unknown_and_everything_finite(elevation_deg: f
         )
 
 
-def test_even_a_target_at_the_same_place_gives_finite_numbers() -> None:
+def test_a_target_at_the_same_place_gives_finite_numbers() -> None:
     measured = Scene(sectors=everywhere(), range_min=0.0).one(0.0, 0.0, 0.0)
     assert measured is not None
     assert measured.range >= 0.0
@@ -151,7 +151,7 @@ def test_default_field_of_view(azimuth_deg: float, elevation_deg: float, seen: b
         (180, 25, True), (-179, -25, True), (-121, 0, True), (-119, 0, False), (90, 0, False),
     ],
 )  # fmt: skip
-def test_sectors_add_up_and_may_span_the_backward_direction(
+def test_sectors_are_joined_and_may_span_the_backward_direction(
     azimuth_deg: float, elevation_deg: float, seen: bool
 ) -> None:
     sectors = (make_sector(-30.0, 30.0, -10.0, 10.0), make_sector(150.0, -120.0, -30.0, 30.0))
@@ -176,7 +176,7 @@ def make_outliers(probability: float = 1.0, start: float = 1.0, end: float = 3.0
     )
 
 
-def test_outliers_replace_as_many_measurements_as_specified_while_they_act() -> None:
+def test_outliers_replace_the_specified_share_of_measurements_while_they_act() -> None:
     clean, hit = Scene(), Scene(outliers=(make_outliers(0.3),))
     n_changed = {0.5: 0, 2.0: 0, 3.0: 0}
     for time in n_changed:
@@ -187,7 +187,7 @@ def test_outliers_replace_as_many_measurements_as_specified_while_they_act() -> 
     assert n_changed == {0.5: 0, 2.0: pytest.approx(300, abs=60), 3.0: 0}
 
 
-def test_outliers_are_wild_but_well_formed_and_look_like_any_other() -> None:
+def test_outliers_are_well_formed_and_keep_the_usual_covariance() -> None:
     scene = Scene(outliers=(make_outliers(),))
     measurements = [measured for _ in range(2000) if (measured := scene.one(1.5, 100.0, -20.0))]
     assert len(measurements) == 2000
@@ -202,7 +202,7 @@ def test_outliers_are_wild_but_well_formed_and_look_like_any_other() -> None:
     assert max(believed) == min(believed) == pytest.approx(0.025**2)
 
 
-def test_over_a_pole_the_azimuth_turns_round() -> None:
+def test_azimuth_turns_by_half_a_circle_over_a_pole() -> None:
     scene = Scene(sectors=everywhere(), outliers=(make_outliers(),))
     measurements = [measured for _ in range(1000) if (measured := scene.one(1.5, 100.0, 80.0))]
     assert len(measurements) == 1000
@@ -220,7 +220,7 @@ def test_of_several_outlier_events_the_first_acts() -> None:
     assert ranges[0] == ranges[1] != ranges[2]
 
 
-def test_targets_drop_out_as_often_as_specified() -> None:
+def test_targets_drop_out_with_the_specified_probability() -> None:
     scene = Scene(dropout_probability=0.2)
     seen = sum(scene.sees(1.5, 100.0, -20.0) for _ in range(2000))
     assert seen == pytest.approx(1600, abs=90)

@@ -27,7 +27,7 @@ def test_a_mounted_sensor_reads_its_measurement(sensor: Sensor[Any, Any]) -> Non
     assert measurement.stamp_ns == TRUTH["leader"].stamp_ns
 
 
-def test_the_leader_carries_every_configured_sensor_a_follower_all_but_those_of_the_leader() -> None:
+def test_followers_carry_every_configured_sensor_except_those_of_the_leader() -> None:
     configured = [sensor for sensor in SENSORS if CONFIG.sensors.has(sensor)]
     assert list(CONFIG.sensors_of("leader")) == configured
     assert list(CONFIG.sensors_of("follower_1")) == [each for each in configured if not each.leader_only]

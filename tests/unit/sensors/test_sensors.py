@@ -1,4 +1,4 @@
-"""IMU, optic flow, sonar and localization: what is true, what is noise, and what the messages can hold."""
+"""IMU, optic flow, sonar and localization: errors, offsets and limits of the messages."""
 
 import math
 from collections.abc import Callable
@@ -88,7 +88,7 @@ def test_yaw_offsets_are_uniform_and_drifts_as_specified() -> None:
     assert np.std([imu.yaw_drift_rate for imu in imus]) == pytest.approx(math.radians(0.2), rel=0.08)
 
 
-def test_leader_yaw_is_known_from_the_same_draws() -> None:
+def test_leader_yaw_is_exact_and_uses_the_same_draws() -> None:
     leader, follower = make_imu(3, yaw_is_known=True), make_imu(3)
     assert (leader.yaw_offset, leader.yaw_drift_rate) == (0.0, 0.0)
     a, b = leader.read(truth_at(), F_NB_B), follower.read(truth_at(), F_NB_B)
@@ -114,7 +114,9 @@ def test_sonar_measures_height_at_any_attitude() -> None:
 
 
 @pytest.mark.parametrize(("height", "expected"), [(0.1, -math.inf), (-0.2, -math.inf), (10.5, math.inf)])
-def test_sonar_beyond_its_limits_says_on_which_side(height: float, expected: float) -> None:
+def test_sonar_beyond_its_limits_is_infinite_with_the_sign_of_the_side(
+    height: float, expected: float
+) -> None:
     reading = make_sonar().read(truth_at(height=height))
     assert reading.range == expected
     assert math.isfinite(reading.range_min)

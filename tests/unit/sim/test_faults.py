@@ -1,4 +1,4 @@
-"""Every fault, in one line for people."""
+"""Every fault and its one-line description."""
 
 import math
 from dataclasses import replace
@@ -66,12 +66,12 @@ def test_faults(changes: dict[str, Any], description: str) -> None:
     assert find_fault(VEHICLE, "leader", team(**changes)) is None
 
 
-def test_both_report_a_collision() -> None:
+def test_both_vehicles_report_a_collision() -> None:
     states = team(p_NB_N=np.array([0.0, 2.5, 2.003]))
     assert find_fault(VEHICLE, "follower_2", states).startswith("follower_2 collided with follower_1 (0.497 ")
 
 
-def test_the_nearest_is_named() -> None:
+def test_a_collision_names_the_nearest_vehicle() -> None:
     states = team(p_NB_N=np.array([0.0, 2.3, 2.5]))
     states["leader"] = replace(states["leader"], p_NB_N=np.array([0.0, 2.0, 2.5]))
     assert "follower_1 collided with follower_2 (0.200 m" in find_fault(VEHICLE, "follower_1", states)

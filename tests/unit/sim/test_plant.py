@@ -43,7 +43,7 @@ def state(plant: Plant) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.concatenate([truth.p_NB_N, truth.q_NB, truth.v_NB_B, truth.w_NB_B])
 
 
-def test_odometry_hands_out_the_initial_state() -> None:
+def test_odometry_returns_the_initial_state() -> None:
     truth = make_plant().odometry(150_000_000)
     assert truth.stamp_ns == 150_000_000
     assert truth.p_NB_N.tolist() == [1.0, -2.0, 3.0]
@@ -107,7 +107,7 @@ def test_converges_with_order_4(rotor_time_constant: float) -> None:
     assert float(np.linalg.norm(end(0.005) - reference)) < 1e-7  # the step that the scenarios use
 
 
-def test_hovers_where_thrust_carries_the_weight() -> None:
+def test_hovers_when_thrust_carries_the_weight() -> None:
     speed = math.sqrt(BODY.mass * GRAVITY / 4.0 / BODY.thrust_coefficient)
     plant = make_plant(q_NB=(0.0, 0.0, math.sin(0.6), math.cos(0.6)), v_NB_N=(0.0,) * 3, w_NB_B=(0.0,) * 3)
     plant.advance((speed,) * 4, 1.0)
@@ -129,7 +129,7 @@ def test_specific_force_is_thrust_drag_and_wind_per_mass_in_the_body_frame() -> 
     assert plant.specific_force() == pytest.approx(force_B / body.mass)
 
 
-def test_rotors_follow_with_the_lag_and_from_where_they_are() -> None:
+def test_rotors_follow_with_the_lag_from_their_present_speed() -> None:
     plant = make_plant(rotor_time_constant=0.03, rotor_speed=400.0, w_NB_B=(0.0, 0.0, 0.0))
     plant.advance((500.0,) * 4, 0.05)
     plant.advance((420.0,) * 4, 0.05)

@@ -1,4 +1,4 @@
-"""Hand numbers of the rotor forces and the rigid body, and what nature conserves."""
+"""Rotor forces and rigid body against numbers worked out by hand and conservation laws."""
 
 import math
 from pathlib import Path
@@ -39,7 +39,7 @@ VEHICLE = load_scenario(Path(__file__).parents[3] / "config/scenarios/paper.yaml
         pytest.param(3, (-0.32, 0.0, -0.032), id="right: right side up is negative roll"),
     ],
 )
-def test_each_rotor_turns_the_body_its_way(rotor: int, torque: tuple[float, float, float]) -> None:
+def test_torque_of_each_rotor(rotor: int, torque: tuple[float, float, float]) -> None:
     speeds = [0.0] * 4
     speeds[rotor] = 400.0
     wrench = rotor_wrench(BODY, tuple(speeds), scale=1.0)
@@ -86,7 +86,7 @@ def test_power_equals_change_of_kinetic_energy_without_gravity_and_drag() -> Non
     assert change == pytest.approx(v_N @ R_NB @ [0.0, 0.0, wrench.thrust] + w_B @ wrench.torque)
 
 
-def test_drawn_bodies_scatter_as_specified_and_stay_possible() -> None:
+def test_drawn_bodies_scatter_as_specified_and_stay_positive() -> None:
     generator = np.random.default_rng(5)
     bodies = [draw_body(VEHICLE, generator) for _ in range(4000)]
     masses = np.array([body.mass for body in bodies]) / VEHICLE.mass - 1.0

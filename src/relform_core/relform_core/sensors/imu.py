@@ -25,8 +25,8 @@ class ImuConfig(SensorConfig):
 class Imu:
     """sensor_msgs/Imu (REP-145). Roll and pitch of ``q_NB`` are absolute.
 
-    The leader's yaw is as good as its localization; a follower has no magnetometer: its yaw is off by an
-    unknown constant and drifts.
+    The leader's yaw is as good as its localization. A follower has no magnetometer: its yaw has an unknown
+    constant offset and drifts.
     """
 
     stamp_ns: int
