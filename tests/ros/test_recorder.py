@@ -1,7 +1,6 @@
 """The recorder as a process of its own: nothing lost, whatever ends it."""
 
 import contextlib
-import os
 import resource
 import signal
 import subprocess
@@ -17,6 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from relform_bags.reader import BagMessage, bag_files, read_bag
 from relform_bags.recover import recover_bag
+from support.full_disk import complete_before_ns, tiny_disk
 from support.processes import wait_until, without_middleware
 
 WORKSPACE = Path(__file__).parents[2]
@@ -187,9 +187,9 @@ def test_topic_that_nobody_publishes(tmp_path: Path) -> None:
     assert errors.splitlines()[-1] == "/nothing was not published: nothing of it is recorded"
 
 
-def test_full_disk_ends_it_with_one_line(tmp_path: Path) -> None:
+def test_limit_of_the_file_size_ends_it_with_one_line(tmp_path: Path) -> None:
     def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (700_000, 700_000))
 
     with publisher(4000, rate=1000.0, padding=1000), recorder(tmp_path / "bag", limit) as sink:
         _, errors = sink.communicate(timeout=30.0)
@@ -199,30 +199,33 @@ def test_full_disk_ends_it_with_one_line(tmp_path: Path) -> None:
         f"/recorder: {tmp_path / 'bag/bag_0.mcap'} cannot be written any more: File too large"
     )
     assert errors.count("\n") == 1
-    assert recover_bag(tmp_path / "bag") is True
+    recover_bag(tmp_path / "bag")
+    assert recover_bag(tmp_path / "bag") is False
+    found = messages(tmp_path / "bag/bag_0.mcap")
+    assert max(entry.log_time_ns for entry in found) < complete_before_ns(errors), "these chunks are in order"
     numbers = header_numbers(tmp_path / "bag", "/counted_0")
     assert numbers == [str(n) for n in range(len(numbers))]
     assert numbers
 
 
 @pytest.fixture
-def tiny_disk(tmp_path: Path) -> Iterator[Path]:
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
-    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True).returncode != 0:
-        pytest.skip("only root can mount a tiny disk")
-    yield folder
-    subprocess.run(["umount", str(folder)], check=True)
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    with tiny_disk(tmp_path / "disk") as folder:
+        yield folder
 
 
-def test_real_full_disk_leaves_a_complete_bag(tiny_disk: Path) -> None:
-    with publisher(4000, rate=1000.0, padding=1000), recorder(tiny_disk / "bag") as sink:
+def test_full_disk_leaves_a_complete_bag(small_disk: Path) -> None:
+    with publisher(4000, rate=1000.0, padding=1000), recorder(small_disk / "bag") as sink:
         _, errors = sink.communicate(timeout=30.0)
     assert sink.returncode == 1
-    assert "No space left on device; the bag is complete up to there" in errors
+    assert "cannot be written any more: No space left on device; the bag holds every message before" in errors
     assert errors.count("\n") == 1
-    numbers = header_numbers(tiny_disk / "bag", "/counted_3")
+    assert recover_bag(small_disk / "bag") is False
+    found = messages(small_disk / "bag/bag_0.mcap")
+    assert max(entry.log_time_ns for entry in found) == complete_before_ns(errors), (
+        "nothing that was received is lost"
+    )
+    numbers = header_numbers(small_disk / "bag", "/counted_3")
     assert numbers == [str(n) for n in range(len(numbers))]
     assert numbers
 

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import BinaryIO, cast
 
@@ -13,40 +13,59 @@ from relform_bags.metadata import NO_TIME_NS, FileContent, RecordedTopic, to_yam
 
 METADATA_RECORD = "rosbag2"
 METADATA_KEY = "serialized_metadata"
+MESSAGE_BYTES = 31 + 16
+"""Size of a message beside its data: head of its record, and its entry in the index of the chunk."""
+CHUNK_INDEX_BYTES = 100
+CHANNEL_INDEX_BYTES = 10
+"""Size of the index of a chunk at the end of the file: of itself and, for each topic, of one entry."""
+CHANNEL_BYTES = 100
+"""Size of what the end of a bag says about a topic, beside its texts."""
+CHANNEL_COPIES = 4
+"""The end of a bag repeats these texts in the index, in a metadata record and, indented, in metadata.yaml."""
 
 
 class BagFileWriter:
     """One file, from its creation to ``finish``; every method raises OSError if it cannot be written."""
 
-    def __init__(self, path: Path, attachments: Mapping[str, str], information_yaml: str) -> None:
+    def __init__(
+        self,
+        path: Path,
+        attachments: Mapping[str, str],
+        information_yaml: str,
+        make_room: Callable[[OSError], bool],
+    ) -> None:
         """Create the file.
 
         Args:
             path: must not exist.
             attachments: texts to keep in it, by name.
             information_yaml: what the bag holds so far.
+            make_room: called after a write that failed; returns whether to try it once more.
         """
         self.path = path
         self.open_bytes = 0
-        """Of messages that are not in the file yet."""
+        """Uncompressed size of the open chunk, which is not in the file yet."""
+        self.open_start_ns: int | None = None
+        """Least log time in the open chunk; None: it has no message."""
+        self.index_bytes = 0
+        """Upper bound of what finishing the file and the bag would write now, beside the open chunk."""
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._counts: dict[str, int] = {}
         self._start_ns = NO_TIME_NS
         self._end_ns = -NO_TIME_NS
-        self._stream = _WholeChunks(path)
+        self._stream = _WholeChunks(path, make_room)
         # Chunks end where `flush` says; mcap's own limit never ends them in between.
         self._mcap = Writer(
             cast(BinaryIO, self._stream),  # write, tell and flush are all that it needs
             chunk_size=sys.maxsize,
             compression=CompressionType.ZSTD,
         )
-        self._mcap.start(profile="ros2", library="relform")
-        for name, text in attachments.items():
-            media_type = "application/json" if name.endswith(".json") else "text/plain"
-            self._mcap.add_attachment(0, 0, name, media_type, text.encode())
-        self._add_information(information_yaml)
-        self._mcap.flush()
+        try:
+            self._begin(attachments, information_yaml)
+        except OSError:
+            self.abandon()
+            raise
 
     @property
     def size(self) -> int:
@@ -68,15 +87,20 @@ class BagFileWriter:
     def add_topic(self, topic: RecordedTopic) -> None:
         """Declare a topic before its first message."""
         if topic.type_name not in self._schemas:
+            definition = message_type(topic.type_name).definition.encode()
             self._schemas[topic.type_name] = self._mcap.register_schema(
-                topic.type_name, "ros2msg", message_type(topic.type_name).definition.encode()
+                topic.type_name, "ros2msg", definition
             )
+            self.index_bytes += len(definition)
+        offered_qos_yaml = to_yaml(topic.offered_qos)
         self._channels[topic.name] = self._mcap.register_channel(
             topic.name,
             "cdr",
             self._schemas[topic.type_name],
-            {"offered_qos_profiles": to_yaml(topic.offered_qos), "topic_type_hash": topic.type_hash},
+            {"offered_qos_profiles": offered_qos_yaml, "topic_type_hash": topic.type_hash},
         )
+        texts = (topic.name, topic.type_name, topic.type_hash, offered_qos_yaml)
+        self.index_bytes += CHANNEL_COPIES * (CHANNEL_BYTES + sum(map(len, texts)))
         self._counts[topic.name] = 0
 
     def write(self, topic: str, data: bytes, log_time_ns: int, publish_time_ns: int) -> None:
@@ -85,34 +109,50 @@ class BagFileWriter:
         self._counts[topic] += 1
         self._start_ns = min(self._start_ns, log_time_ns)
         self._end_ns = max(self._end_ns, log_time_ns)
-        self.open_bytes += len(data)
+        self.open_bytes += MESSAGE_BYTES + len(data)
+        if self.open_start_ns is None or log_time_ns < self.open_start_ns:
+            self.open_start_ns = log_time_ns
 
     def flush(self) -> None:
         """Finish the open chunk, so that it outlives the process."""
+        if self.open_bytes:
+            self.index_bytes += CHUNK_INDEX_BYTES + CHANNEL_INDEX_BYTES * len(self._channels)
         self._mcap.flush()
         self.open_bytes = 0
+        self.open_start_ns = None
 
     def finish(self, information_yaml: str) -> None:
         """Write what the bag holds and the index, then close the file."""
         self._add_information(information_yaml)
         self._mcap.finish()
         self._stream.flush()
+        self.open_bytes = 0
+        self.open_start_ns = None
         self._stream.close()
 
     def abandon(self) -> None:
         """Close the file as it is; does nothing if it was finished."""
         self._stream.close()
 
+    def _begin(self, attachments: Mapping[str, str], information_yaml: str) -> None:
+        self._mcap.start(profile="ros2", library="relform")
+        for name, text in attachments.items():
+            media_type = "application/json" if name.endswith(".json") else "text/plain"
+            self._mcap.add_attachment(0, 0, name, media_type, text.encode())
+        self._add_information(information_yaml)
+        self._mcap.flush()
+
     def _add_information(self, information_yaml: str) -> None:
         self._mcap.add_metadata(METADATA_RECORD, {METADATA_KEY: information_yaml})
 
 
 class _WholeChunks:
-    """A file for mcap's writer: everything between two flushes gets there, or nothing of it."""
+    """A file for mcap's writer: what it writes between two flushes gets into the file whole or not at all."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, make_room: Callable[[OSError], bool]) -> None:
         self._fd: int | None = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         self.size = 0
+        self._make_room = make_room
         self._pending = bytearray()
 
     def write(self, data: bytes) -> int:
@@ -123,6 +163,14 @@ class _WholeChunks:
         return self.size + len(self._pending)
 
     def flush(self) -> None:
+        try:
+            self._write_pending()
+        except OSError as error:
+            if not self._make_room(error):
+                raise
+            self._write_pending()
+
+    def _write_pending(self) -> None:
         assert self._fd is not None
         rest = memoryview(bytes(self._pending))
         try:
@@ -130,6 +178,7 @@ class _WholeChunks:
                 rest = rest[os.write(self._fd, rest) :]
         except OSError:
             os.ftruncate(self._fd, self.size)
+            os.lseek(self._fd, self.size, os.SEEK_SET)
             raise
         self.size += len(self._pending)
         self._pending.clear()

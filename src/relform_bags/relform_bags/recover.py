@@ -8,11 +8,9 @@ from pathlib import Path
 
 from relform_bags.metadata import METADATA_FILE, to_yaml, write_metadata_yaml
 from relform_bags.reader import bag_files
+from relform_bags.reserve import RESERVE_FILE
 from relform_bags.scan import FileScan, information_of
 from relform_core.errors import BagError
-
-RESERVE_FILE = ".reserve"
-"""What a writer keeps beside its bag until it is closed."""
 
 
 def recover_bag(path: Path) -> bool:

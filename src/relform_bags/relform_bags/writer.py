@@ -1,7 +1,8 @@
 """Write a bag that ros2 bag, rosbags, Foxglove and others read: a folder of MCAP files and metadata.yaml.
 
-A message is safe when its chunk has reached the file (``flush``): a process that dies afterwards does not
-lose it, and a write that fails leaves the file as it was. A bag that was not closed needs ``recover_bag``.
+A message is safe when its chunk has reached the file (``flush``): the end of the process does not lose it.
+A writer holds a reserve on the disk. When the disk is full, the open chunk, the messages that arrive until
+``close``, and the index take the room of the reserve. A bag that was not closed needs ``recover_bag``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,13 +21,18 @@ from relform_bags.metadata import (
     to_yaml,
     write_metadata_yaml,
 )
-from relform_bags.recover import RESERVE_FILE, recover_bag
+from relform_bags.recover import recover_bag
+from relform_bags.reserve import Reserve
 from relform_bags.split_limits import SplitLimits
 from relform_core.errors import BagError
+from relform_core.units import NANOSECONDS_PER_SECOND
 
 CHUNK_BYTES = 256 * 1024
-RESERVE_BYTES = 256 * 1024
-"""Kept free beside the bag, so that a full disk leaves room for the index."""
+"""A chunk that has reached this size is finished."""
+TAIL_BYTES = 2 * CHUNK_BYTES
+"""Room for what is written after the disk is full, beside the index: two chunks, compressed or not."""
+RESERVE_BYTES = TAIL_BYTES + 64 * 1024
+"""Initial size of the reserve; it grows with the index."""
 
 
 class BagWriter:
@@ -40,7 +46,7 @@ class BagWriter:
         Args:
             folder: folder of the bag, must not exist.
             attachments: texts to keep in every file of the bag, by name.
-            limits: when to go on in the next file; None: never.
+            limits: when to continue in the next file; None: never.
         Raises:
             BagError: the folder exists or cannot be written.
         """
@@ -48,13 +54,19 @@ class BagWriter:
         self._attachments = attachments
         self._limits = limits or SplitLimits()
         self._chunk_bytes = min(CHUNK_BYTES, self._limits.size or CHUNK_BYTES)
-        self._reserve = folder / RESERVE_FILE
         self._topics: dict[str, RecordedTopic] = {}
         self._finished: list[FileContent] = []
         self._is_open = True
+        self._end_ns = 0
+        self._failure: OSError | None = None
+        """Of the first write that found the disk full."""
+        self._is_stuck = False
+        """Whether a write failed for good: the last file ends with the chunk before, and has no index."""
+        self._first_lost_ns: int | None = None
+        """Least log time of the messages that are lost."""
         try:
             folder.mkdir(parents=True)
-            self._reserve.write_bytes(bytes(RESERVE_BYTES))
+            self._reserve = Reserve(folder, RESERVE_BYTES)
             self._file = self._new_file()
         except FileExistsError:
             raise BagError(f"{folder} exists already, not overwriting; choose another folder") from None
@@ -80,42 +92,53 @@ class BagWriter:
         """Add a serialized message.
 
         Raises:
-            BagError: a chunk was due and could not be written; the bag is closed.
+            BagError: the disk is full. It is raised once; further messages are taken while the reserve has
+                room, and ``close`` reports what was kept.
         """
-        if self._limits.are_reached(self._file.size, self._file.start_ns, log_time_ns):
-            self._go_on_in_next_file()
-        self._file.write(topic, data, log_time_ns, publish_time_ns)
+        if self._is_stuck:
+            self._lose(log_time_ns)
+            return
+        was_full = self._failure is not None
+        try:
+            if self._limits.are_reached(self._file.size, self._file.start_ns, log_time_ns):
+                self._continue_in_next_file()
+            self._file.write(topic, data, log_time_ns, publish_time_ns)
+            self._end_ns = max(self._end_ns, log_time_ns)
+        except OSError as error:
+            self._give_up(error)
+            self._lose(log_time_ns)
         if self._file.open_bytes > self._chunk_bytes:
-            self.flush()
+            self._flush()
+        self._report_full(was_full)
 
     def flush(self) -> None:
         """Finish the open chunk, so that it outlives the process.
 
         Raises:
-            BagError: it could not be written; the bag is closed.
+            BagError: the disk is full, see ``write``.
         """
-        try:
-            self._file.flush()
-        except OSError as error:
-            raise self._give_up(error) from None
+        was_full = self._failure is not None
+        self._flush()
+        self._report_full(was_full)
 
     def close(self) -> None:
         """Write the index and metadata.yaml; does nothing on a closed bag.
 
         Raises:
-            BagError: they could not be written.
+            BagError: the disk was full; it names the log time up to which all messages are kept, and the way
+                to complete the bag if the index could not be written.
         """
         if not self._is_open:
             return
-        self.flush()
-        try:
-            information_yaml = self._information_yaml(self._file.content)
-            self._file.finish(information_yaml)
-            write_metadata_yaml(self.folder, information_yaml)
-        except OSError as error:
-            raise self._give_up(error) from None
+        was_full = self._failure is not None
+        self._flush()
         self._is_open = False
-        self._reserve.unlink()
+        is_closed = not self._is_stuck and self._finish()
+        self._reserve.release()
+        if not is_closed:
+            is_closed = self._recover()
+        if was_full or self._first_lost_ns is not None or not is_closed:
+            raise self._summary(is_closed)
 
     def __enter__(self) -> Self:
         return self
@@ -132,32 +155,86 @@ class BagWriter:
         """The next file, with all topics of those before."""
         path = self.folder / f"{self.folder.name}_{len(self._finished)}.mcap"
         empty = FileContent(path.name, {})
-        file = BagFileWriter(path, self._attachments, self._information_yaml(empty))
+        file = BagFileWriter(path, self._attachments, self._information_yaml(empty), self._make_room)
         for topic in self._topics.values():
             file.add_topic(topic)
         return file
 
-    def _go_on_in_next_file(self) -> None:
-        try:
-            self._file.finish(self._information_yaml(self._file.content))
-            self._finished.append(self._file.content)
-            self._file = self._new_file()
-        except OSError as error:
-            raise self._give_up(error) from None
+    def _continue_in_next_file(self) -> None:
+        self._file.finish(self._information_yaml(self._file.content))
+        self._finished.append(self._file.content)
+        self._file = self._new_file()
 
     def _information_yaml(self, last: FileContent) -> str:
         return to_yaml(bag_information(list(self._topics.values()), [*self._finished, last]))
 
-    def _give_up(self, error: OSError) -> BagError:
-        """Close the bag with what is safe in it, and say so."""
-        self._is_open = False
-        self._file.abandon()
-        self._reserve.unlink(missing_ok=True)
+    def _flush(self) -> None:
+        if self._is_stuck or not self._is_open:
+            return
+        try:
+            self._file.flush()
+        except OSError as error:
+            self._give_up(error)
+            return
+        try:
+            self._reserve.grow_to(TAIL_BYTES + self._file.index_bytes)
+        except OSError as error:
+            self._make_room(error)
+
+    def _finish(self) -> bool:
+        """Write the index and metadata.yaml; returns False if that failed."""
+        try:
+            information_yaml = self._information_yaml(self._file.content)
+            self._file.finish(information_yaml)
+            self._reserve.release()
+            write_metadata_yaml(self.folder, information_yaml)
+        except OSError as error:
+            self._give_up(error)
+            return False
+        return True
+
+    def _recover(self) -> bool:
+        """Complete the bag with what is in its files; returns False if that failed, too."""
         try:
             recover_bag(self.folder)
-            consequence = "the bag is complete up to there"
         except BagError:
-            consequence = (
-                f"what was written before is kept, complete it with scripts/record.py --recover {self.folder}"
-            )
-        return BagError(f"{self.file} cannot be written any more: {error.strerror}; {consequence}")
+            return False
+        return True
+
+    def _make_room(self, error: OSError) -> bool:
+        """Release the reserve after a write that failed; returns False if that was done before."""
+        self._failure = self._failure or error
+        return self._reserve.release()
+
+    def _give_up(self, error: OSError) -> None:
+        """Leave the file as it is, without the open chunk."""
+        self._failure = self._failure or error
+        self._is_stuck = True
+        self._file.abandon()
+        if self._file.open_start_ns is not None:
+            self._lose(self._file.open_start_ns)
+
+    def _lose(self, log_time_ns: int) -> None:
+        if self._first_lost_ns is None or log_time_ns < self._first_lost_ns:
+            self._first_lost_ns = log_time_ns
+
+    def _report_full(self, was_full: bool) -> None:
+        if self._failure is not None and not was_full:
+            raise BagError(self._problem())
+
+    def _problem(self) -> str:
+        reason = "" if self._failure is None else self._failure.strerror
+        return f"{self.file} cannot be written any more: {reason}"
+
+    def _summary(self, is_closed: bool) -> BagError:
+        """What is kept, after the disk was full."""
+        end_ns = self._end_ns if self._first_lost_ns is None else self._first_lost_ns
+        kept = f"the bag holds every message before {_seconds(end_ns)}"
+        way_out = "" if is_closed else f"; complete it with scripts/record.py --recover {self.folder}"
+        return BagError(f"{self._problem()}; {kept}{way_out}")
+
+
+def _seconds(time_ns: int) -> str:
+    """A time with all its digits and no further zeros, such as ``10.55 s``."""
+    seconds, nanoseconds = divmod(time_ns, NANOSECONDS_PER_SECOND)
+    return f"{seconds}.{nanoseconds:09}".rstrip("0").rstrip(".") + " s"

@@ -146,8 +146,10 @@ def test_disk_that_is_full_at_a_split(tmp_path: Path, monkeypatch: pytest.Monkey
         return write(fd, data)
 
     monkeypatch.setattr(os, "write", full)
-    with pytest.raises(BagError, match="No space left on device; the bag is complete up to there"):
+    with pytest.raises(BagError, match=r"bag_0\.mcap cannot be written any more: No space left on device$"):
         writer.write("/noise", b"", START_NS + 9 * S, 0)
+    with pytest.raises(BagError, match=r"; the bag holds every message before 12 s$"):
+        writer.close()
     assert messages(folder) == written
     assert sorted(path.name for path in folder.iterdir()) == ["bag_0.mcap", METADATA_FILE]
 

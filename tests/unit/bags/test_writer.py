@@ -113,27 +113,78 @@ class TinyDisk:
         return self.write(fd, bytes(data)[:room])
 
 
-def write_until_failure(writer: BagWriter) -> tuple[int, BagError]:
-    """Number of messages that were safe, and what was raised then."""
-    for number in range(1000):
-        writer.write("/clock", os.urandom(1000), number, number)
+def write_until_full(writer: BagWriter) -> int:
+    """Write messages with log times 0, 1, 2 and so on until the disk is full; returns their number."""
+    for number in range(10_000):
         try:
-            writer.flush()
-        except BagError as error:
-            return number, error
+            writer.write("/clock", os.urandom(1000), number, number)
+            if number % 7 == 0:
+                writer.flush()
+        except BagError:
+            return number + 1
     raise AssertionError("the disk is not full")
 
 
-def test_full_disk_leaves_a_complete_bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def full_disk_summary(writer: BagWriter) -> str:
+    """What closing the bag reports, without the reason."""
+    with pytest.raises(BagError) as error:
+        writer.close()
+    text = str(error.value)
+    prefix = f"{writer.file} cannot be written any more: No space left on device; "
+    assert text.startswith(prefix)
+    writer.close()  # nothing more to do, and no second error
+    return text.removeprefix(prefix)
+
+
+def test_full_disk_loses_no_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     writer = started(tmp_path / "bag")
     TinyDisk(writer.folder, RESERVE_BYTES + 20_000, monkeypatch)
-    safe, error = write_until_failure(writer)
-    assert str(error) == (
-        f"{writer.file} cannot be written any more: No space left on device; the bag is complete up to there"
-    )
-    assert len(messages(writer.file)) == safe > 10
+    number = write_until_full(writer)
+    for later in range(number, number + 30):  # what arrives until the recorder closes the bag
+        writer.write("/clock", os.urandom(1000), later, later)
+    last = f"0.{number + 29:09}".rstrip("0")
+    assert full_disk_summary(writer) == f"the bag holds every message before {last} s"
+    assert [entry.log_time_ns for entry in messages(writer.file)] == list(range(number + 30))
+    assert recover_bag(writer.folder) is False, "it is complete"
+    assert not (writer.folder / ".reserve").exists()
+
+
+def test_disk_that_is_full_at_the_end_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    writer = started(tmp_path / "bag")
+    for number in range(30):
+        writer.write("/clock", os.urandom(1000), number, number)
+    TinyDisk(writer.folder, RESERVE_BYTES + 10_000, monkeypatch)
+    writer.close()
+    assert len(messages(writer.file)) == 30
     assert recover_bag(writer.folder) is False
-    writer.close()  # nothing more to do, and no second error
+
+
+def test_reserve_that_cannot_grow_is_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    writer = started(tmp_path / "bag")
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    number = write_until_full(writer)
+    assert number > 3000, "it grows with the index, which is small"
+    full_disk_summary(writer)
+    assert len(messages(writer.file)) == number
+
+
+def test_message_larger_than_the_reserve_is_lost_and_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = started(tmp_path / "bag")
+    TinyDisk(writer.folder, RESERVE_BYTES + 20_000, monkeypatch)
+    number = write_until_full(writer)
+    writer.flush()
+    writer.write("/clock", os.urandom(2 * RESERVE_BYTES), number - 3, 0)
+    writer.write("/clock", os.urandom(10), number + 1, 0)
+    time = f"0.{number - 3:09}".rstrip("0")
+    assert full_disk_summary(writer) == f"the bag holds every message before {time} s"
+    assert [entry.log_time_ns for entry in messages(writer.file)] == list(range(number))
+    assert recover_bag(writer.folder) is False, "it is complete"
 
 
 LIMITED = """
@@ -142,32 +193,48 @@ from pathlib import Path
 from relform_core.errors import BagError
 from relform_bags.writer import BagWriter
 
-resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (800_000, 800_000))
 writer = BagWriter(Path(sys.argv[1]), {})
 writer.add_topic("/clock", "rosgraph_msgs/msg/Clock", [])
+number = 0
 try:
-    for number in range(1000):
+    while number < 1000:
+        number += 1
         writer.write("/clock", bytes(range(256)) * 20 + number.to_bytes(4) * 250, number, number)
         writer.write("/clock", __import__("os").urandom(5000), number, number)
-        writer.flush()
-        safe = 2 * (number + 1)
+        if number % int(sys.argv[2]) == 0:
+            writer.flush()
 except BagError as error:
-    print(safe, error)
+    print(error)
+for later in range(number, number + 3):
+    writer.write("/clock", bytes(100), later, later)
+try:
+    writer.close()
+except BagError as error:
+    print(error)
 """
 
 
-def test_limit_of_the_file_size_leaves_a_recoverable_bag(tmp_path: Path) -> None:
+@pytest.mark.parametrize("messages_per_chunk", [2, 6])
+def test_limit_of_the_file_size_loses_the_last_chunk_and_names_it(
+    tmp_path: Path, messages_per_chunk: int
+) -> None:
+    """Where chunks are long, the index has room in their place; where they are short, it does not."""
     folder = tmp_path / "bag"
-    run = subprocess.run(
-        [sys.executable, "-c", LIMITED, str(folder)], capture_output=True, text=True, check=True
-    )
-    safe, _, error = run.stdout.strip().partition(" ")
-    assert "cannot be written any more: File too large" in error
-    assert f"complete it with scripts/record.py --recover {folder}" in error
-    assert "\n" not in error
-    assert len(messages(folder / "bag_0.mcap")) == int(safe) > 100
-    assert recover_bag(folder) is True
-    assert len(messages(folder / "bag_0.mcap")) == int(safe)
+    command = [sys.executable, "-c", LIMITED, str(folder), str(messages_per_chunk // 2)]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    problem, summary = run.stdout.splitlines()
+    is_complete = messages_per_chunk == 6
+    file = folder / "bag_0.mcap"
+    assert problem == f"{file} cannot be written any more: File too large"
+    kept = [entry.log_time_ns for entry in messages(file)]
+    assert len(kept) > 100
+    first_lost = f"0.{max(kept) + 1:09}".rstrip("0")
+    way_out = "" if is_complete else f"; complete it with scripts/record.py --recover {folder}"
+    assert summary == f"{problem}; the bag holds every message before {first_lost} s{way_out}"
+    assert kept == [number for number in range(1, max(kept) + 1) for _ in range(2)]
+    assert recover_bag(folder) is not is_complete
+    assert [entry.log_time_ns for entry in messages(file)] == kept
 
 
 def test_bag_is_found_by_file_folder_or_run(tmp_path: Path) -> None:

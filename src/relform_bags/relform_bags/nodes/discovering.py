@@ -55,22 +55,20 @@ class DiscoveringRecorder:
                     self._log("Press SPACE for pausing/resuming")
                 self._log("Listening for topics...")
                 self._log("Wait for recording: Press SPACE to start." if self._paused else "Recording...")
-                while recording.failure is None:
+                while not recording.is_full:
                     self._look(recording)
                     self._turn(recording, keyboard)
         except StopRequestedError:
             pass
         finally:
             recording.close()
-        if recording.failure is not None:
-            raise recording.failure
         self._log("Recording stopped")
         self._sum_up(recording)
 
     def _turn(self, recording: Recording, keyboard: Keyboard) -> None:
         """Record until it is time to look for topics again."""
         deadline = time.monotonic() + LOOK_EVERY_S
-        while time.monotonic() < deadline and recording.failure is None:
+        while time.monotonic() < deadline and not recording.is_full:
             self._spinner.once(LOOK_EVERY_S)
         if keyboard.pressed() == "space":
             self._paused = not self._paused

@@ -12,8 +12,9 @@ from rclpy.node import Node
 
 from relform_bags.nodes.discovering import DiscoveringRecorder
 from relform_bags.nodes.option_parameters import read_options
-from relform_bags.nodes.recording import Recording
+from relform_bags.nodes.recording import QUIET_S, Recording
 from relform_bags.options import RecorderOptions
+from relform_core.errors import BagError
 from relform_core.installed import software_versions
 from relform_core.names import CONFIG_ATTACHMENT, RECORDER_NODE, VERSIONS_ATTACHMENT, split_node_name
 from relform_ros.lockstep import StepTally
@@ -65,12 +66,16 @@ class FlightRecorder:
                 recording.add_topic(topic.name, _type_name(topic))
             self._member.wait(
                 # Nobody calls it after this turn of the loop, so it may see the variable of the loop.
-                lambda: recording.failure is not None or tally.has(step, announcements.sent(step))  # noqa: B023
+                lambda: tally.has(step, announcements.sent(step))  # noqa: B023
             )
-            if recording.failure is not None:
-                self._member.done(step, fault=str(recording.failure))
-                endpoints.wait_until_received(FAREWELL_S)
-                raise recording.failure
+            if recording.is_full:
+                self._spinner.drain(QUIET_S)  # for what nodes sent that this one does not wait for
+                try:
+                    recording.close()
+                except BagError as error:
+                    self._member.done(step, fault=str(error))
+                    endpoints.wait_until_received(FAREWELL_S)
+                    raise
             tally.close(step)
             announcements.close(step)
             self._member.done(step)

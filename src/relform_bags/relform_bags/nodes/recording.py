@@ -1,5 +1,6 @@
 """A bag that a node fills: what recorders have in common."""
 
+import time
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -40,12 +41,13 @@ class Recording:
                 "parameter output is not set: add --ros-args -p output:=<folder of the new bag>"
             )
         self.message_count = 0
-        self.failure: BagError | None = None
-        """Why no more can be written; it must not be raised in a callback."""
+        self.is_full = False
+        """Whether the disk is full; ``close`` raises the error, which must not be raised in a callback."""
         self._node = node
         self._spinner = spinner
         self._writer = BagWriter(Path(options.output), attachments, options.limits)
         self._topics: set[str] = set()
+        self._is_closed = False
         node.create_timer(FLUSH_EVERY_S, self._flush, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def add_topic(self, name: str, type_name: str) -> None:
@@ -60,33 +62,35 @@ class Recording:
             self._topics.add(name)
 
     def write(self, topic: str, data: bytes, log_time_ns: int, publish_time_ns: int) -> None:
-        """Write a message; does nothing after a failure."""
-        if self.failure is None:
-            try:
-                self._writer.write(topic, data, log_time_ns, publish_time_ns)
-            except BagError as error:
-                self.failure = error
+        """Write a message; on a full disk it goes into the reserve of the writer, while that has room."""
+        if self._is_closed:
+            return
+        try:
+            self._writer.write(topic, data, log_time_ns, publish_time_ns)
+        except BagError:
+            self.is_full = True
         self.message_count += 1
 
     def close(self) -> None:
-        """Write what is still arriving, then close the bag.
+        """Write what is still arriving, unless the disk is full, then close the bag, if it is open.
 
         Raises:
             BagError: see ``BagWriter``.
         """
-        for _ in range(round(DRAIN_MAX_S / QUIET_S)):
+        if self._is_closed:
+            return
+        deadline, count = time.monotonic() + DRAIN_MAX_S, -1
+        while not self.is_full and self.message_count > count and time.monotonic() < deadline:
             count = self.message_count
             self._spinner.drain(QUIET_S)
-            if self.message_count == count:
-                break
+        self._is_closed = True
         self._writer.close()
 
     def _flush(self) -> None:
-        if self.failure is None:
-            try:
-                self._writer.flush()
-            except BagError as error:
-                self.failure = error
+        try:
+            self._writer.flush()
+        except BagError:
+            self.is_full = True
 
 
 def offered_qos(profile: QoSProfile) -> OfferedQos:
