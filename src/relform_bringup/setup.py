@@ -1,6 +1,23 @@
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "relform_bringup"
+# colcon --symlink-install runs this file through a link in its build folder; the sources are where it points.
+HERE = Path(__file__).resolve().parent
+
+
+def config_files() -> list[tuple[str, list[str]]]:
+    """The files of config/, which is a link to the folder at the top, for the same folders below share/."""
+    folders = [HERE / "config", *sorted(path for path in (HERE / "config").iterdir() if path.is_dir())]
+    return [
+        (
+            f"share/{NAME}/{folder.relative_to(HERE)}",
+            [str(path.relative_to(HERE)) for path in sorted(folder.iterdir()) if path.is_file()],
+        )
+        for folder in folders
+    ]
+
 
 setup(
     name=NAME,
@@ -14,7 +31,9 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
+        *config_files(),
     ],
     install_requires=["setuptools"],
     zip_safe=False,
+    entry_points={"console_scripts": ["fly = relform_bringup.command:main"]},
 )

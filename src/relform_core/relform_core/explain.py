@@ -9,16 +9,28 @@ from pydantic_core import ErrorDetails
 
 KeyPath = tuple[str, ...]
 
-_EXPECTED = {
-    "dict_type": "a mapping of keys to values",
-    "float_type": "a number",
-    "int_from_float": "a whole number",
-    "int_type": "a whole number",
-    "model_type": "a mapping of keys to values",
-    "string_type": "text",
-    "tuple_type": "a list",
+_REQUIREMENTS = {
+    "bool_type": "be true or false",
+    "dict_type": "be a mapping of keys to values",
+    "finite_number": "be a finite number",
+    "float_type": "be a number",
+    "greater_than": "be greater than {gt}",
+    "greater_than_equal": "be greater than or equal to {ge}",
+    "int_from_float": "be a whole number",
+    "int_type": "be a whole number",
+    "less_than": "be less than {lt}",
+    "less_than_equal": "be less than or equal to {le}",
+    "literal_error": "be {expected}",
+    "model_type": "be a mapping of keys to values",
+    "string_pattern_mismatch": "match pattern '{pattern}'",
+    "string_too_long": "have at most {max_length} characters",
+    "string_too_short": "have at least {min_length} characters",
+    "string_type": "be text",
+    "too_long": "have at most {max_length} item(s)",
+    "too_short": "have at least {min_length} item(s)",
+    "tuple_type": "be a list",
 }
-"""The types of values as someone who writes YAML calls them."""
+"""What a value must do, by pydantic's type of error; the braces are keys of its context."""
 
 
 @dataclass
@@ -33,7 +45,7 @@ class Origins:
     """Keys that were set on the command line."""
 
     def locate(self, key: KeyPath) -> str:
-        """Where to look for a key, in the words of the one who wrote it."""
+        """Where to look for a key: its file or ``--set``, and its name there."""
         if any(key[: len(override)] == override for override in self.overrides):
             return f"--set {'.'.join(key)}"
         if key and key[0] in self.files:
@@ -41,6 +53,11 @@ class Origins:
         else:
             file = self.scenario
         return ": ".join(filter(None, (file, ".".join(key))))
+
+    def locate_contradiction(self, key: KeyPath) -> str:
+        """Where to look for values below a key that contradict each other; some may be overrides."""
+        below = [f"--set {'.'.join(each)}" for each in self.overrides if each[: len(key)] == key != each]
+        return " with ".join([self.locate(key), *([", ".join(sorted(below))] if below else [])])
 
 
 def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins) -> str:
@@ -65,22 +82,24 @@ def _line(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins) -> s
         case "missing":
             return f"{where}: missing {'item' if isinstance(details['loc'][-1], int) else 'key'}"
         case "value_error":
-            return f"{where}: {details['ctx']['error']}"
+            return f"{origins.locate_contradiction(key)}: {details['ctx']['error']}"
         case "union_tag_invalid":
             return (
                 f"{where}: must be one of {details['ctx']['expected_tags']} (got '{details['ctx']['tag']}')"
             )
         case "union_tag_not_found":
             return f"{where}: missing key"
-        case "too_short":
-            requirement = f"have at least {details['ctx']['min_length']} item(s)"
-        case "too_long":
-            requirement = f"have at most {details['ctx']['max_length']} item(s)"
-        case expected if expected in _EXPECTED:
-            requirement = f"be {_EXPECTED[expected]}"
+        case type_ if type_ in _REQUIREMENTS:
+            context = {name: _number(value) for name, value in details.get("ctx", {}).items()}
+            requirement = _REQUIREMENTS[type_].format_map(context)
+            return f"{where}: must {requirement} (got {_shown(details['input'])})"
         case _:
-            _, _, requirement = details["msg"].rpartition(" should ")
-    return f"{where}: must {requirement} (got {_shown(details['input'])})"
+            return f"{where}: {details['msg']} (got {_shown(details['input'])})"
+
+
+def _number(value: Any) -> Any:
+    """A bound as people write it: 0, not 0.0."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _written_path(location: tuple[int | str, ...], tree: Mapping[str, Any]) -> KeyPath:

@@ -1,29 +1,30 @@
 """Load a scenario from YAML: resolve the files it names, apply overrides, validate.
 
-A scenario names its vehicle, sensors and controller by the path of another file, relative to its own. The
-*effective configuration* is the same scenario with these files, the overrides and the seed written in; it is
-a scenario file too.
+A scenario names its vehicle, sensors and controller by the path of another file, relative to its own, or by
+the plain name of an installed file. The *effective configuration* is the same scenario with these files, the
+overrides and the seed written in; it is a scenario file too.
 """
 
 import hashlib
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from io import StringIO
+from functools import cached_property
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import PydanticSerializationError, to_json
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.error import YAMLError
 
+from relform_core.config_files import find_config
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.yaml_files import parse_mapping, parse_value, read_mapping, to_text
 
 SECTIONS_IN_FILES = ("vehicle", "sensors", "controller")
+_NO_PLAIN_VALUE = "holds a value that is neither text, number, list nor mapping"
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,13 @@ class LoadedScenario:
 
     config: ScenarioConfig
     seed: int
-    effective_yaml: str
     written: Mapping[str, Any]
-    """The same, its sections included, in the keys and units of the files; without the seed."""
+    """The effective configuration in the keys and units of the files, without the seed."""
+
+    @cached_property
+    def effective_yaml(self) -> str:
+        """Text of the effective configuration."""
+        return to_text({**self.written, "seed": self.seed})
 
     @property
     def fingerprint(self) -> str:
@@ -44,96 +49,86 @@ class LoadedScenario:
 
     def with_seed(self, seed: int) -> "LoadedScenario":
         """The same scenario with another seed, without loading it again."""
-        text = re.sub(r"(?m)^seed: .*$", f"seed: {seed}", self.effective_yaml)
-        return replace(self, seed=seed, effective_yaml=text)
+        return replace(self, seed=seed)
 
 
-def load_scenario(path: Path, overrides: Sequence[str] = (), seed: int | None = None) -> LoadedScenario:
-    """Load and validate a scenario file.
+def load_scenario(
+    scenario: Path | str, overrides: Sequence[str] = (), seed: int | None = None
+) -> LoadedScenario:
+    """Load and validate a scenario.
 
     Args:
-        path: the scenario file.
+        scenario: path of its file, or as text also the plain name of an installed one.
         overrides: texts ``some.key=value``; the value is read as YAML, list items are addressed by number.
         seed: seed of every random draw, >= 0; None: the file's own ``seed``, or 0 if it has none.
     Raises:
         ConfigError: one line per problem, each naming file, key, value and bound.
     """
-    tree = _read_yaml(path)
-    origins = Origins(str(path))
+    path = find_config("scenario", scenario)
+    return _load(read_mapping(path), str(path), path.parent, overrides, seed)
+
+
+def load_scenario_text(
+    text: str, origin: str, overrides: Sequence[str] = (), seed: int | None = None
+) -> LoadedScenario:
+    """Load and validate a scenario from its text; paths in it are relative to the working directory.
+
+    Args:
+        origin: where the text comes from, for errors.
+        overrides, seed: as of ``load_scenario``.
+    Raises:
+        ConfigError: one line per problem, each naming origin, key, value and bound.
+    """
+    return _load(parse_mapping(text, origin), origin, Path(), overrides, seed)
+
+
+def _load(
+    tree: dict[str, Any], origin: str, folder: Path, overrides: Sequence[str], seed: int | None
+) -> LoadedScenario:
+    origins = Origins(origin)
     # Whole sections first: another file of a section is read before one of its keys is changed.
     for override in sorted(
         overrides, key=lambda text: text.partition("=")[0].strip() not in SECTIONS_IN_FILES
     ):
-        _apply_override(tree, override, path.parent, origins)
+        _apply_override(tree, override, folder, origins)
     for section in SECTIONS_IN_FILES:
-        _resolve_section(tree, section, path.parent, origins)
+        _resolve_section(tree, section, folder, origins)
     if seed is not None:
         tree["seed"] = seed
-    tree.setdefault("seed", 0)
-    effective_yaml = _to_yaml(tree)
-    checked_seed = _checked_seed(tree.pop("seed"), origins)
+    checked_seed = _checked_seed(tree.pop("seed", 0), origins)
     try:
         # JSON mode: strict validation of Python objects would refuse a list where a tuple is declared.
         config = ScenarioConfig.model_validate_json(to_json(tree, inf_nan_mode="constants"))
     except PydanticSerializationError:
-        raise ConfigError(f"{path}: holds a value that is neither text, number, list nor mapping") from None
+        raise ConfigError(f"{origin}: {_NO_PLAIN_VALUE}") from None
     except ValidationError as error:
         raise ConfigError(explain(error, tree, origins)) from None
-    return LoadedScenario(config, checked_seed, effective_yaml, tree)
-
-
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        tree = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file") from None
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: cannot be read: not a text file in UTF-8") from None
-    except MarkedYAMLError as error:
-        line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise ConfigError(f"{path}{line}: not valid YAML: {error.problem}") from None
-    except YAMLError as error:
-        raise ConfigError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
-    if not isinstance(tree, dict) or not all(isinstance(key, str) for key in tree):
-        raise ConfigError(f"{path}: must hold a mapping of keys to values at its top level")
-    return cast(dict[str, Any], tree)
+    return LoadedScenario(config, checked_seed, tree)
 
 
 def _resolve_section(tree: dict[str, Any], section: str, folder: Path, origins: Origins) -> None:
-    """Replace the path of a section's file by what it holds."""
+    """Replace the reference to a section's file by what the file holds."""
     if isinstance(reference := tree.get(section), str):
-        path = Path(os.path.normpath(folder / reference))
-        tree[section] = _read_yaml(path)
+        try:
+            path = find_config(section, reference, folder)
+        except ConfigError as error:
+            raise ConfigError(f"{origins.locate((section,))}: {error}") from None
+        tree[section] = read_mapping(path)
         origins.files[section] = str(path)
-
-
-def _to_yaml(tree: Mapping[str, Any]) -> str:
-    stream = StringIO()
-    yaml: Any = YAML(typ="safe", pure=True)  # its attributes are typed as their defaults
-    yaml.width = 120
-    yaml.default_flow_style = None  # short lists stay on one line
-    yaml.sort_base_mapping_type_on_output = False
-    yaml.dump(dict(tree), stream)
-    return stream.getvalue()
 
 
 def _apply_override(tree: dict[str, Any], override: str, folder: Path, origins: Origins) -> None:
     key, separator, text = override.partition("=")
     if not separator or not key.strip():
         raise ConfigError(f"--set {override}: must have the form some.key=value")
-    try:
-        value = YAML(typ="safe", pure=True).load(text)
-    except YAMLError:
-        raise ConfigError(f"--set {override}: the value is not valid YAML") from None
+    value = _override_value(override, text)
     *parents, last = key.strip().split(".")
     if parents:
         _resolve_section(tree, parents[0], folder, origins)
-    if not parents and last in SECTIONS_IN_FILES and isinstance(value, str):
-        value = os.path.abspath(value)  # on a command line, paths are relative to where it is typed
-    else:
-        origins.overrides.add((*parents, last))
+    elif last in SECTIONS_IN_FILES and isinstance(value, str):
+        _override_file(tree, last, value, origins)
+        return
+    origins.overrides.add((*parents, last))
     node: Any = tree
     for name in parents:
         node = _child(node, name, override)
@@ -144,6 +139,28 @@ def _apply_override(tree: dict[str, Any], override: str, folder: Path, origins: 
         node[last] = value  # a key that the schema does not know is reported by the validation
     else:
         raise ConfigError(f"--set {override}: '{'.'.join(parents)}' holds a value, not keys")
+
+
+def _override_file(tree: dict[str, Any], section: str, reference: str, origins: Origins) -> None:
+    """Use another file for a section; on a command line, paths are relative to the working directory."""
+    try:
+        path = find_config(section, reference)
+    except ConfigError as error:
+        raise ConfigError(f"--set {section}={reference}: {error}") from None
+    path = Path(os.path.abspath(path))
+    tree[section] = read_mapping(path)
+    origins.files[section] = str(path)
+
+
+def _override_value(override: str, text: str) -> Any:
+    try:
+        value = parse_value(text)
+        to_json(value, inf_nan_mode="constants")
+    except YAMLError:
+        raise ConfigError(f"--set {override}: the value is not valid YAML") from None
+    except PydanticSerializationError:
+        raise ConfigError(f"--set {override}: {_NO_PLAIN_VALUE}") from None
+    return value
 
 
 def _child(node: Any, name: str, override: str) -> Any:

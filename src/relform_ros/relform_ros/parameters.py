@@ -4,7 +4,6 @@ import array
 import difflib
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -85,13 +84,13 @@ def read_scenario(node: Node) -> LoadedScenario:
     Raises:
         ConfigError: the parameter is not set, or the file is not usable.
     """
-    description = "Path of the scenario file, usually the effective configuration in a run folder."
+    description = "Path or plain name of the scenario, usually the effective configuration in a run folder."
     path = read_only(node, "scenario", "", description)
     if not path:
         raise ConfigError(
             "parameter scenario is not set: add --ros-args -p scenario:=<path of a scenario file>"
         )
-    return load_scenario(Path(path))
+    return load_scenario(path)
 
 
 def read_observers(node: Node) -> tuple[str, ...]:

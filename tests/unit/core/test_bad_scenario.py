@@ -1,11 +1,15 @@
 """Values that contradict each other, bad overrides, and files that hold no configuration: one line each."""
 
 from pathlib import Path
+from typing import Annotated
 
 import pytest
+from pydantic import Field, ValidationError
 
 from relform_core.errors import ConfigError
+from relform_core.explain import Origins, explain
 from relform_core.load import load_scenario
+from relform_core.schema import Schema
 from relform_core.sensors import registry
 from support.scenarios import CONFIG_FOLDER, PAPER
 
@@ -27,25 +31,29 @@ def problem_of(override: str) -> str:
     [
         (
             "vehicle.rotor_speed_max_rpm=3000",
-            f"{VEHICLE}: cannot hover: the rotors carry the weight at 4328 rpm, "
+            f"{VEHICLE} with --set vehicle.rotor_speed_max_rpm: cannot hover: "
+            "the rotors carry the weight at 4328 rpm, "
             "which is not within rotor_speed_min_rpm 1200 ... rotor_speed_max_rpm 3000",
         ),
         (
             "sensors.sonar.range_min_m=11",
-            f"{SENSORS}: sonar: range_min_m 11.0 must be less than range_max_m 10.0",
+            f"{SENSORS}: sonar with --set sensors.sonar.range_min_m: "
+            "range_min_m 11.0 must be less than range_max_m 10.0",
         ),
         (
             "sensors.range_bearing.range_max_m=0.1",
-            f"{SENSORS}: range_bearing: range_min_m 0.1 must be less than range_max_m 0.1",
+            f"{SENSORS}: range_bearing with --set sensors.range_bearing.range_max_m: "
+            "range_min_m 0.1 must be less than range_max_m 0.1",
         ),
         (
             "sensors.range_bearing.sectors.0.elevation_min_deg=75",
-            f"{SENSORS}: range_bearing.sectors.0: "
+            f"{SENSORS}: range_bearing.sectors.0 "
+            "with --set sensors.range_bearing.sectors.0.elevation_min_deg: "
             "elevation_min_deg 75 must be less than elevation_max_deg 60",
         ),
         (
             "sensors.range_bearing.sectors.0.azimuth_min_deg=180",
-            f"{SENSORS}: range_bearing.sectors.0: "
+            f"{SENSORS}: range_bearing.sectors.0 with --set sensors.range_bearing.sectors.0.azimuth_min_deg: "
             "azimuth_min_deg and azimuth_max_deg must differ, both are 180",
         ),
     ],
@@ -110,8 +118,9 @@ def test_sections_that_contradict_themselves(override: str, problem: str) -> Non
     ],
 )
 def test_scenarios_that_contradict_themselves(override: str, problem: str) -> None:
-    line = problem_of(override)
-    assert line in (f"{PAPER}: {problem}", f"--set {problem}")
+    line, blamed = problem_of(override), f" with --set {override.partition('=')[0]}"
+    assert line.startswith("--set ") or blamed in line
+    assert line.replace(blamed, "") in (f"{PAPER}: {problem}", f"--set {problem}")
 
 
 @pytest.mark.parametrize(
@@ -231,8 +240,37 @@ def test_a_file_that_holds_no_configuration(
 
 
 @pytest.mark.parametrize("value", ["&a [*a]", "!!binary /w=="])
-def test_a_value_that_yaml_knows_and_we_do_not(value: str) -> None:
-    assert problem_of(f"title={value}") == f"{PAPER}: {NO_PLAIN_VALUE}"
+def test_set_value_of_a_type_that_configuration_has_not(value: str) -> None:
+    assert problem_of(f"title={value}") == f"--set title={value}: {NO_PLAIN_VALUE}"
+
+
+def test_contradiction_within_a_file_does_not_blame_an_override_elsewhere(tmp_path: Path) -> None:
+    path = tmp_path / "sensors.yaml"
+    path.write_text(SENSORS.read_text().replace("range_min_m: 0.1", "range_min_m: 99"))
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(PAPER, [f"sensors={path}", "sensors.imu.gyro_std_deg_s=1", "title=another"])
+    assert all(line.startswith(f"{path}: ") for line in str(caught.value).splitlines())
+    assert "--set" not in str(caught.value)
+
+
+def test_value_in_a_file_of_a_type_that_configuration_has_not(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.yaml"
+    path.write_text(load_scenario(PAPER).effective_yaml.replace("title: ", "title: !!binary /w== #"))
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(path)
+    assert str(caught.value) == f"{path}: {NO_PLAIN_VALUE}"
+
+
+def test_every_type_of_pydantic_error_has_our_words_or_its_own(tmp_path: Path) -> None:
+    """A type that is not in our table keeps the message of pydantic."""
+
+    class Odd(Schema):
+        even: Annotated[int, Field(multiple_of=2)]
+
+    with pytest.raises(ValidationError) as caught:
+        Odd.model_validate_json('{"even": 3}')
+    line = explain(caught.value, {"even": 3}, Origins("odd.yaml"))
+    assert line == "odd.yaml: even: Input should be a multiple of 2 (got 3)"
 
 
 def test_a_place_where_no_file_is(tmp_path: Path) -> None:

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from relform_core.errors import ConfigError
-from relform_core.load import load_scenario
+from relform_core.load import load_scenario, load_scenario_text
 from relform_core.scenario_config import Hover, Spiral, Turn
+from relform_core.yaml_files import to_text
 from support.scenarios import CONFIG_FOLDER, PAPER, team_of
 
 SCENARIOS = sorted((CONFIG_FOLDER / "scenarios").glob("*.yaml"))
@@ -76,6 +77,57 @@ def test_effective_configuration_reloads_to_an_identical_one(path: Path, tmp_pat
     assert again.config == loaded.config
     assert again.seed == loaded.seed == 11
     assert again.effective_yaml == loaded.effective_yaml
+
+
+def test_path_may_be_text() -> None:
+    assert load_scenario(str(PAPER)) == load_scenario(PAPER)
+
+
+def test_scenario_from_its_text(tmp_path: Path) -> None:
+    loaded = load_scenario(PAPER, ["controller.horizon_steps=9"], seed=11)
+    again = load_scenario_text(loaded.effective_yaml, "an attachment")
+    assert again == loaded
+    assert load_scenario_text(loaded.effective_yaml, "an attachment", ["title=x"], 3).seed == 3
+    with pytest.raises(ConfigError, match=r"^an attachment: vehicle.mass_kg: missing key$"):
+        load_scenario_text(loaded.effective_yaml.replace("mass_kg: 0.716", ""), "an attachment")
+    with pytest.raises(ConfigError, match=r"^an attachment:1: not valid YAML: "):
+        load_scenario_text("name: *anchor\n", "an attachment")
+
+
+@pytest.mark.parametrize("name", ["paper", "retuned"])
+def test_plain_name_is_an_installed_file(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the scenario's file, on the command line, and whatever the working directory has."""
+    path = CONFIG_FOLDER / f"controller/{name}.yaml"
+    expected = load_scenario(PAPER, [f"controller={path}"])
+    (tmp_path / name).write_text("of no interest")
+    monkeypatch.chdir(tmp_path)
+    assert load_scenario("paper", [f"controller={name}"]) == expected
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(expected.effective_yaml)
+    tree = expected.written | {"controller": name, "vehicle": "hummingbird", "sensors": "paper"}
+    scenario.write_text(to_text(tree))
+    assert load_scenario(scenario) == expected
+
+
+def test_unknown_plain_name_is_one_line_with_the_known_ones(tmp_path: Path) -> None:
+    expected = "expected a file name (.yaml) or one of"
+    with pytest.raises(ConfigError, match=rf"^unknown scenario 'papr': {re.escape(expected)} .*\bpaper\b"):
+        load_scenario("papr")
+    message = f"--set controller=turbo: unknown controller 'turbo': {expected} paper, retuned"
+    with pytest.raises(ConfigError, match=f"^{re.escape(message)}$"):
+        load_scenario(PAPER, ["controller=turbo"])
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(to_text(load_scenario(PAPER).written | {"vehicle": "zeppelin"}))
+    message = f"{scenario}: vehicle: unknown vehicle 'zeppelin': {expected} hummingbird"
+    with pytest.raises(ConfigError, match=f"^{re.escape(message)}$"):
+        load_scenario(scenario)
+
+
+def test_plain_name_where_nothing_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "/nowhere")
+    message = r"^unknown scenario 'paper': expected a file name \(\.yaml\); relform_bringup is not installed$"
+    with pytest.raises(ConfigError, match=message):
+        load_scenario("paper")
 
 
 def test_overrides_change_single_values_and_items() -> None:

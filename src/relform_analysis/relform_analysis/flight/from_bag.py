@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from rclpy.serialization import deserialize_message
 
@@ -10,7 +9,7 @@ from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_bags.message_types import message_class
 from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
 from relform_core.errors import BagError, ConfigError
-from relform_core.load import LoadedScenario, load_scenario
+from relform_core.load import LoadedScenario, load_scenario_text
 from relform_core.names import CONFIG_ATTACHMENT
 
 
@@ -49,12 +48,9 @@ def load_attached_scenario(text: str, file: Path, overrides: Sequence[str] = ())
         BagError: it is not usable.
         ConfigError: an override is not.
     """
-    with TemporaryDirectory() as folder:
-        path = Path(folder, CONFIG_ATTACHMENT)
-        path.write_text(text, encoding="utf-8")
-        try:
-            scenario = load_scenario(path)
-        except ConfigError as error:
-            reason = str(error).splitlines()[0].replace(str(path), f"its attachment {CONFIG_ATTACHMENT}")
-            raise BagError(f"{file}: {reason}") from None
-        return load_scenario(path, overrides) if overrides else scenario
+    origin = f"{file}: its attachment {CONFIG_ATTACHMENT}"
+    try:
+        scenario = load_scenario_text(text, origin)
+    except ConfigError as error:
+        raise BagError(str(error).splitlines()[0]) from None
+    return load_scenario_text(text, origin, overrides) if overrides else scenario

@@ -13,6 +13,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from relform_analysis.sweep.software import flight_software
+from relform_core.config_files import is_plain_name
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
 from relform_core.load import SECTIONS_IN_FILES, LoadedScenario, load_scenario
@@ -122,6 +123,6 @@ def plan_runs(
 
 def _from_folder(override: str, folder: Path) -> str:
     key, separator, value = override.partition("=")
-    if key.strip() not in SECTIONS_IN_FILES or value.strip().startswith("{"):
+    if key.strip() not in SECTIONS_IN_FILES or value.strip().startswith("{") or is_plain_name(value.strip()):
         return override
     return f"{key}{separator}{os.path.normpath(folder / value.strip())}"

@@ -1,0 +1,68 @@
+"""Read and write YAML: the mapping at the top of a configuration file, and its text."""
+
+from collections.abc import Mapping
+from io import StringIO
+from pathlib import Path
+from typing import Any, cast
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from relform_core.errors import ConfigError
+
+
+def read_mapping(path: Path) -> dict[str, Any]:
+    """The mapping in a file.
+
+    Raises:
+        ConfigError: one line: the file cannot be read, or holds something else.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: cannot be read: not a text file in UTF-8") from None
+    return parse_mapping(text, str(path))
+
+
+def parse_mapping(text: str, origin: str) -> dict[str, Any]:
+    """The mapping in a text.
+
+    Args:
+        origin: where the text comes from, for errors.
+    Raises:
+        ConfigError: one line: the text is not YAML, or holds something else.
+    """
+    try:
+        tree = parse_value(text)
+    except MarkedYAMLError as error:
+        line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
+        raise ConfigError(f"{origin}{line}: not valid YAML: {error.problem}") from None
+    except YAMLError as error:
+        raise ConfigError(f"{origin}: not valid YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(tree, dict) or not all(isinstance(key, str) for key in tree):
+        raise ConfigError(f"{origin}: must hold a mapping of keys to values at its top level")
+    return cast(dict[str, Any], tree)
+
+
+def parse_value(text: str) -> Any:
+    """The value in a text.
+
+    Raises:
+        YAMLError: the text is not YAML.
+    """
+    return YAML(typ="safe", pure=True).load(text)
+
+
+def to_text(tree: Mapping[str, Any]) -> str:
+    """The YAML text of a mapping, in its order."""
+    stream = StringIO()
+    yaml: Any = YAML(typ="safe", pure=True)  # its attributes are typed as their defaults
+    yaml.width = 120
+    yaml.default_flow_style = None  # short lists stay on one line
+    yaml.sort_base_mapping_type_on_output = False
+    yaml.dump(dict(tree), stream)
+    return stream.getvalue()
