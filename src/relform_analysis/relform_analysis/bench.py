@@ -3,7 +3,6 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -41,7 +40,7 @@ class Timed:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure and print; returns the exit code, 2 if the scenario cannot be flown."""
     parser = CommandParser(prog="bench", description="Measure solver and flight, without ROS.")
-    parser.add_argument("--scenario", type=Path, default=Path("config/scenarios/paper.yaml"))
+    parser.add_argument("--scenario", default="paper", help="path or plain name (default: paper)")
     parser.add_argument("--flights", type=positive, default=5, help="flights to measure (default 5)")
     parser.add_argument("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE")
     options = parser.parse_args(arguments)

@@ -77,7 +77,9 @@ def _parser() -> CommandParser:
     parser = CommandParser(
         prog="fly", description="Fly a scenario: one process per node, recorded and scored.", epilog=EPILOG
     )
-    parser.add_argument("--scenario", type=Path, required=True, metavar="FILE", help="scenario file")
+    parser.add_argument(
+        "--scenario", required=True, metavar="FILE", help="path or plain name of the scenario, such as paper"
+    )
     parser.add_argument(
         "--seed", type=int, help="seed of all that is random (default: that of the scenario, or 0)"
     )

@@ -88,12 +88,15 @@ def test_paths_in_a_file_of_variants_are_relative_to_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "{file}: must be a mapping of keys to values (got nothing)"),
-        ("[1, 2]", "{file}: must be a mapping of keys to values (got [1, 2])"),
+        ("", "{file}: must hold a mapping of keys to values at its top level"),
+        ("[1, 2]", "{file}: must hold a mapping of keys to values at its top level"),
         ("variants: []", "{file}: variants: must have at least 1 item(s) (got [])"),
         ("variants: {a: 1}", "{file}: variants: must be a list (got {{'a': 1}})"),
-        ("variants: [", "{file}: not valid YAML"),
-        ("variants: [{name: a, name: b}]", "{file}: not valid YAML"),
+        ("variants: [", "{file}:1: not valid YAML: expected the node content, but found '<stream end>'"),
+        (
+            "variants: [{name: a, name: b}]",
+            '{file}:1: not valid YAML: found duplicate key "name" with value "b" (original value: "a")',
+        ),
         (
             "variants: [{name: 2026-11-22}]",
             "{file}: holds a value that is neither text, number, list nor mapping",
@@ -119,12 +122,24 @@ def test_bad_files_of_variants(tmp_path: Path, text: str, message: str) -> None:
 
 
 def test_files_of_variants_that_are_none(tmp_path: Path) -> None:
-    for path, reason in ((tmp_path / "none", "No such file or directory"), (tmp_path, "Is a directory")):
-        with pytest.raises(ConfigError, match=re.escape(f"{path}: cannot be read: {reason}")):
+    for path, problem in ((tmp_path / "none", "no such file"), (tmp_path, "cannot be read: Is a directory")):
+        with pytest.raises(ConfigError, match=re.escape(f"{path}: {problem}")):
             load_variants(path)
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ConfigError, match="binary: not valid YAML"):
+    with pytest.raises(ConfigError, match="binary: cannot be read: not a text file in UTF-8"):
         load_variants(tmp_path / "binary")
+
+
+def test_plain_name_of_variants_is_an_installed_file() -> None:
+    assert load_variants("ablation") == load_variants(PAPER.parents[1] / "sweeps/ablation.yaml")
+    with pytest.raises(ConfigError, match=r"^unknown variants 'ablatoin': .* or one of ablation"):
+        load_variants("ablatoin")
+
+
+def test_plain_name_in_a_file_of_variants_stays_one(tmp_path: Path) -> None:
+    text = "variants: [{name: a, title: t, set: [controller=retuned]}]"
+    (variant,) = load_variants(written(tmp_path, text))
+    assert variant.set == ("controller=retuned",)
 
 
 def test_the_repository_has_variants_that_can_be_flown() -> None:

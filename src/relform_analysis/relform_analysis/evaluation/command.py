@@ -53,7 +53,7 @@ def evaluate(options: argparse.Namespace) -> tuple[str, list[str]]:
         executor_for(options.jobs, options.scheduler) as executor,
     ):
         rows = fly_shown(runs, folder, executor, Console(stderr=True))
-        report = folder.conclude(str(options.scenario), (), variants, rows, software_versions())
+        report = folder.conclude(options.scenario, (), variants, rows, software_versions())
         finished = {(row["variant"], row["seed"]) for row in rows if row["outcome"] != "failed"}
         logs = _logs(folder, [run for run in runs if (run.variant, run.seed) in finished])
     team = runs[0].scenario.config.team
@@ -78,8 +78,8 @@ def _parser() -> CommandParser:
     parser = CommandParser(
         prog="paper", description="Fly the paper's evaluation and redraw its figures; resumable."
     )
-    parser.add_argument("--scenario", type=Path, default=Path("config/scenarios/paper.yaml"))
-    parser.add_argument("--variants", type=Path, default=Path("config/sweeps/ablation.yaml"))
+    parser.add_argument("--scenario", default="paper", help="path or plain name (default: paper)")
+    parser.add_argument("--variants", default="ablation", help="path or plain name (default: ablation)")
     parser.add_argument(
         "--out", type=Path, default=Path("runs/paper-evaluation"), help="folder of the results"
     )

@@ -20,7 +20,7 @@ FIRST_SEED, FEW, MANY = 1, 10, 50
 """The paper flew ten times."""
 
 
-def plan_evaluation(scenario: Path, variants: Sequence[Variant], few: int, many: int) -> list[Run]:
+def plan_evaluation(scenario: Path | str, variants: Sequence[Variant], few: int, many: int) -> list[Run]:
     """All flights, those of the ablations only with the first few seeds.
 
     Raises:

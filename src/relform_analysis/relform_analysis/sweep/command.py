@@ -40,9 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             executor_for(options.jobs, options.scheduler) as executor,
         ):
             rows = fly_shown(runs, folder, executor, console)
-            report = folder.conclude(
-                str(options.scenario), options.overrides, variants, rows, software_versions()
-            )
+            report = folder.conclude(options.scenario, options.overrides, variants, rows, software_versions())
     except KeyboardInterrupt:
         print("\ninterrupted; finished runs are kept, the same command continues from there", file=sys.stderr)
         raise
@@ -53,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> CommandParser:
     parser = CommandParser(prog="sweep", description="Fly a scenario many times, without ROS, in parallel.")
-    parser.add_argument("--scenario", type=Path, required=True, help="scenario file")
+    parser.add_argument("--scenario", required=True, help="path or plain name of the scenario, such as paper")
     parser.add_argument("--runs", type=positive, default=10, help="seeds per variant (default 10)")
     parser.add_argument("--seed", type=int, default=1, help="first seed (default 1)")
     parser.add_argument(
@@ -62,7 +60,7 @@ def _parser() -> CommandParser:
     parser.add_argument(
         "--scheduler", metavar="ADDRESS", help="fly on this Dask cluster instead (needs distributed)"
     )
-    parser.add_argument("--variants", type=Path, metavar="FILE", help="YAML file of variants to compare")
+    parser.add_argument("--variants", metavar="FILE", help="path or plain name of the variants to compare")
     parser.add_argument(
         "--out", type=Path, required=True, help="folder of the results; an unfinished sweep goes on"
     )

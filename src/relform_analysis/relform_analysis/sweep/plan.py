@@ -9,15 +9,14 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field, ValidationError
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from relform_analysis.sweep.software import flight_software
-from relform_core.config_files import is_plain_name
+from relform_core.config_files import find_config, is_plain_name
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
 from relform_core.load import SECTIONS_IN_FILES, LoadedScenario, load_scenario
 from relform_core.schema import Label, Schema
+from relform_core.yaml_files import read_mapping
 
 
 class Variant(Schema):
@@ -69,19 +68,18 @@ class Run:
         return hashlib.sha256(text.encode(), usedforsecurity=False).hexdigest()
 
 
-def load_variants(path: Path) -> tuple[Variant, ...]:
+def load_variants(variants_file: Path | str) -> tuple[Variant, ...]:
     """Read a file of variants. Paths in it are relative to the file.
 
+    Args:
+        variants_file: its path, or as text also the plain name of an installed one.
     Raises:
         ConfigError: it cannot be read or used; a line per problem, each with file, key and value.
     """
+    path = find_config("variants", variants_file)
+    tree = read_mapping(path)
     try:
-        tree = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
         text = json.dumps(tree)
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
-    except (YAMLError, UnicodeDecodeError):
-        raise ConfigError(f"{path}: not valid YAML") from None
     except TypeError:
         raise ConfigError(f"{path}: holds a value that is neither text, number, list nor mapping") from None
     try:
@@ -97,7 +95,7 @@ def load_variants(path: Path) -> tuple[Variant, ...]:
 
 
 def plan_runs(
-    scenario: Path, variants: Sequence[Variant], overrides: Sequence[str], seeds: Sequence[int]
+    scenario: Path | str, variants: Sequence[Variant], overrides: Sequence[str], seeds: Sequence[int]
 ) -> list[Run]:
     """All flights of a sweep; every configuration is validated before the first one starts.
 
