@@ -17,4 +17,13 @@ setup(
     ],
     install_requires=["setuptools"],
     zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "bench = relform_analysis.bench:main",
+            "paper = relform_analysis.evaluation.command:main",
+            "replay = relform_analysis.replay.command:main",
+            "report = relform_analysis.report.command:main",
+            "sweep = relform_analysis.sweep.command:main",
+        ]
+    },
 )

@@ -10,7 +10,11 @@ import pytest
 
 WORKSPACE = Path(__file__).parents[2]
 PYTHON = WORKSPACE / ".venv/bin/python"
-EXECUTABLES = {entry for entry in entry_points(group="console_scripts") if entry.value.startswith("relform_")}
+EXECUTABLES: dict[str, EntryPoint] = {
+    entry.name: entry for entry in entry_points(group="console_scripts") if entry.value.startswith("relform_")
+}
+NODES = ("clock", "controller", "player", "quadrotor", "recorder")
+COMMANDS = ("bench", "check_playback", "fly", "foxglove", "paper", "record", "replay", "report", "sweep")
 
 PROBE = """
 import rclpy, relform_core, relform_msgs.msg
@@ -61,18 +65,35 @@ def test_another_ros_sourced(tmp_path: Path) -> None:
     assert_finds_workspace([PYTHON, "-c", PROBE], tmp_path, **sourced)
 
 
-@pytest.mark.parametrize("entry", sorted(EXECUTABLES), ids=lambda entry: entry.name)
-def test_executable_is_where_ros2_run_looks(entry: EntryPoint, tmp_path: Path) -> None:
-    assert callable(entry.load())
-    package = entry.module.partition(".")[0]
-    executable = WORKSPACE / "install" / package / "lib" / package / entry.name
-    environment = os.environ | {"ROS_LOG_DIR": str(tmp_path)}
-    run = subprocess.run([executable], env=environment, cwd="/", capture_output=True, text=True, timeout=60)
+@pytest.mark.parametrize("name", NODES)
+def test_node_is_where_ros2_run_looks(name: str, tmp_path: Path) -> None:
+    run = run_executable(name, tmp_path)
     assert run.returncode == 1
     assert run.stderr.endswith(">\n")
     assert " is not set: add --ros-args -p " in run.stderr
     assert "Traceback" not in run.stderr
 
 
+@pytest.mark.parametrize("name", COMMANDS)
+def test_command_is_where_ros2_run_looks(name: str, tmp_path: Path) -> None:
+    run = run_executable(name, tmp_path, "--help")
+    assert (run.returncode, run.stderr) == (0, "")
+    assert run.stdout.startswith(f"usage: {name} ")
+
+
+def run_executable(name: str, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Start an executable by its installed file, elsewhere than in the workspace."""
+    package = EXECUTABLES[name].module.partition(".")[0]
+    executable = WORKSPACE / "install" / package / "lib" / package / name
+    environment = os.environ | {"ROS_LOG_DIR": str(folder)}
+    command = [executable, *arguments]
+    return subprocess.run(command, env=environment, cwd="/", capture_output=True, text=True, timeout=60)
+
+
 def test_every_executable_is_known() -> None:
-    assert {entry.name for entry in EXECUTABLES} == {"clock", "leader", "player", "quadrotor", "recorder"}
+    assert sorted(EXECUTABLES) == sorted([*NODES, *COMMANDS])
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_a_script(name: str) -> None:
+    assert f'run_main("{EXECUTABLES[name].module}")' in (WORKSPACE / f"scripts/{name}.py").read_text()
