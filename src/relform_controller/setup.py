@@ -17,5 +17,10 @@ setup(
     ],
     install_requires=["setuptools"],
     zip_safe=False,
-    entry_points={"console_scripts": ["controller = relform_controller.nodes.controller:main"]},
+    entry_points={
+        "console_scripts": [
+            "controller = relform_controller.nodes.controller:main",
+            "leader = relform_controller.nodes.controller:main_of_leader",
+        ]
+    },
 )

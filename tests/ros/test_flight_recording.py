@@ -16,6 +16,7 @@ from relform_bags.reader import BagMessage, read_bag
 from relform_bags.recover import recover_bag
 from relform_core.load import LoadedScenario
 from relform_core.names import RECORDER_NODE
+from relform_core.roster import Roster
 from relform_ros.topics import topic_table
 from support.full_disk import complete_before_ns, tiny_disk
 from support.processes import without_middleware
@@ -75,7 +76,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[LoadedScenario, 
 
 def test_every_message_at_its_step(recorded: tuple[LoadedScenario, Path]) -> None:
     scenario, folder = recorded
-    table = topic_table(scenario.config, [RECORDER_NODE])
+    table = topic_table(scenario.config, Roster.of(scenario.config, [RECORDER_NODE]))
     expected = {topic.name for topic in table.values() if RECORDER_NODE in topic.readers}
     steps: dict[str, list[int]] = {name: [] for name in expected}
     for entry in read_bag(folder / "bag_0.mcap"):

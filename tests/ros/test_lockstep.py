@@ -1,4 +1,4 @@
-"""What belongs to which step: announcements, inbox and tally."""
+"""The step of each message: announcements, inbox and tally."""
 
 from collections import Counter
 
@@ -49,6 +49,16 @@ class TestAnnouncements:
         assert announcements.faulty(0)
         assert not announcements.faulty(1)
 
+    def test_a_closed_step_can_be_read_until_the_next_one_is_closed(self) -> None:
+        announcements = Announcements([A])
+        announcements.add(done(A, 0, "/a/imu", fault="hit the ground"))
+        announcements.add(done(A, 1))
+        announcements.close(0)
+        assert announcements.sent(0) == Counter({"/a/imu": 1})
+        assert announcements.faulty(0)
+        announcements.close(1)
+        assert announcements.sent(0) is None
+
     @pytest.mark.parametrize(
         ("late", "reason"),
         [
@@ -72,72 +82,74 @@ class TestAnnouncements:
 
 
 class TestInbox:
-    def test_complete_with_what_was_sent_on_its_topics(self) -> None:
-        inbox = StepInbox[str](["/a/imu", "/a/sonar"], PERIOD_NS)
-        assert not inbox.has(0, None)
-        assert inbox.has(0, {"/a/optic_flow"})  # nothing of it is for this inbox
-        inbox.add("/a/imu", 0, "imu of step 0")
-        assert inbox.has(0, {"/a/imu"})  # the sonar was lost
-        assert not inbox.has(0, {"/a/imu", "/a/sonar"})
-        inbox.add("/a/sonar", 0, "sonar of step 0")
-        assert inbox.has(0, {"/a/imu", "/a/sonar"})
-        assert inbox.at(0) == {"/a/imu": "imu of step 0", "/a/sonar": "sonar of step 0"}
+    def test_a_step_has_one_message(self) -> None:
+        inbox = StepInbox[str](PERIOD_NS)
+        assert inbox.received(0) == 0
+        inbox.add(0, "imu of step 0")
+        assert inbox.received(0) == 1
+        assert inbox.take(0) == "imu of step 0"
 
     def test_order_of_arrival_does_not_matter(self) -> None:
-        inbox = StepInbox[int](["/a/imu"], PERIOD_NS)
-        inbox.add("/a/imu", PERIOD_NS, 1)
-        inbox.add("/a/imu", 0, 0)
-        assert (inbox.at(0), inbox.at(1)) == ({"/a/imu": 0}, {"/a/imu": 1})
+        inbox = StepInbox[int](PERIOD_NS)
+        inbox.add(PERIOD_NS, 1)
+        inbox.add(0, 0)
+        assert (inbox.take(0), inbox.take(1)) == (0, 1)
 
-    def test_closing_a_step_forgets_all_before_and_nothing_after(self) -> None:
-        inbox = StepInbox[int](["/a/imu"], PERIOD_NS)
+    def test_taking_a_step_closes_it_and_all_before_and_none_after(self) -> None:
+        inbox = StepInbox[int](PERIOD_NS)
         for step in range(3):
-            inbox.add("/a/imu", step * PERIOD_NS, step)
-        inbox.close(1)
-        assert inbox.at(2) == {"/a/imu": 2}
-        assert not inbox.has(1, {"/a/imu"})
+            inbox.add(step * PERIOD_NS, step)
+        assert inbox.take(1) == 1
+        assert inbox.take(1) is None
+        assert inbox.received(0) == 0
+        assert inbox.take(2) == 2
 
     @pytest.mark.parametrize(
-        ("topic", "stamp_ns", "reason"),
+        ("stamp_ns", "reason"),
         [
-            ("/b/imu", 5 * PERIOD_NS, Reason.FOREIGN),
-            ("/a/imu", 5 * PERIOD_NS, Reason.DUPLICATE),
-            ("/a/imu", 4 * PERIOD_NS, Reason.STALE),
-            ("/a/imu", 8 * PERIOD_NS, Reason.EARLY),
-            ("/a/imu", 5 * PERIOD_NS + 1, Reason.INVALID),
+            (5 * PERIOD_NS, Reason.DUPLICATE),
+            (4 * PERIOD_NS, Reason.STALE),
+            (8 * PERIOD_NS, Reason.EARLY),
+            (5 * PERIOD_NS + 1, Reason.INVALID),
         ],
     )
-    def test_rejected(self, topic: str, stamp_ns: int, reason: Reason) -> None:
-        inbox = StepInbox[str](["/a/imu"], PERIOD_NS)
-        inbox.close(4)
-        inbox.add("/a/imu", 5 * PERIOD_NS, "the first one")
+    def test_rejected(self, stamp_ns: int, reason: Reason) -> None:
+        inbox = StepInbox[str](PERIOD_NS)
+        inbox.take(4)
+        inbox.add(5 * PERIOD_NS, "the first one")
         with pytest.raises(RejectionError) as error:
-            inbox.add(topic, stamp_ns, "another")
+            inbox.add(stamp_ns, "another")
         assert reason_of(error) is reason
-        assert inbox.at(5) == {"/a/imu": "the first one"}
+        assert inbox.take(5) == "the first one"
 
-    def test_a_node_whose_tick_is_late_takes_what_others_send_for_the_next_step(self) -> None:
+    def test_a_node_that_has_not_received_a_tick_accepts_messages_of_the_next_step(self) -> None:
         # In step k a vehicle closes step k - 1; the others may have finished k and be in k + 1.
-        inbox = StepInbox[int](["/a/rotor_speeds"], PERIOD_NS)
-        inbox.close(3)
-        inbox.add("/a/rotor_speeds", 4 * PERIOD_NS, 4)
-        inbox.add("/a/rotor_speeds", 5 * PERIOD_NS, 5)
-        assert inbox.at(5) == {"/a/rotor_speeds": 5}
+        inbox = StepInbox[int](PERIOD_NS)
+        inbox.take(3)
+        inbox.add(4 * PERIOD_NS, 4)
+        inbox.add(5 * PERIOD_NS, 5)
+        assert (inbox.take(4), inbox.take(5)) == (4, 5)
+
+    def test_memory_does_not_grow(self) -> None:
+        inbox, tally, announcements = StepInbox[int](PERIOD_NS), StepTally(PERIOD_NS), Announcements([A])
+        for step in range(1000):
+            inbox.add(step * PERIOD_NS, step)
+            tally.add(step * PERIOD_NS)
+            announcements.add(done(A, step))
+            inbox.take(step)
+            tally.close(step)
+            announcements.close(step)
+        assert max(len(each._steps) for each in (inbox, tally, announcements)) <= 2
 
 
 class TestTally:
-    def test_complete_when_all_that_was_sent_was_counted(self) -> None:
-        tally = StepTally(["/formation/events", "/a/imu"], PERIOD_NS)
-        sent = Counter({"/formation/events": 2, "/a/imu": 1, "/not/recorded": 5})
-        assert not tally.has(1, None)
-        tally.add("/a/imu", PERIOD_NS)
-        tally.add("/formation/events", PERIOD_NS)
-        assert not tally.has(1, sent)
-        assert tally.add("/formation/events", PERIOD_NS) == 2
-        assert tally.has(1, sent)
+    def test_any_number_of_messages_per_step(self) -> None:
+        tally = StepTally(PERIOD_NS)
+        assert [tally.add(PERIOD_NS), tally.add(0), tally.add(PERIOD_NS)] == [1, 1, 2]
+        assert [tally.received(step) for step in range(3)] == [1, 2, 0]
 
     def test_rejected(self) -> None:
-        tally = StepTally(["/a/imu"], PERIOD_NS)
+        tally = StepTally(PERIOD_NS)
         tally.close(1)
         for stamp_ns, reason in (
             (PERIOD_NS, Reason.STALE),
@@ -145,5 +157,5 @@ class TestTally:
             (1, Reason.INVALID),
         ):
             with pytest.raises(RejectionError) as error:
-                tally.add("/a/imu", stamp_ns)
+                tally.add(stamp_ns)
             assert reason_of(error) is reason

@@ -285,7 +285,7 @@ def test_parameters_dumped_from_a_node_can_be_given_to_it(tmp_path: Path) -> Non
         (
             "clock",
             ["-r", "__node:=watch"],
-            "the others know no such node, but /sim/clock: leave -r __node:= away",
+            "unknown node name /sim/watch, expected one of /sim/clock: start the node without -r __node:=",
         ),
     ],
     ids=["type", "bound", "exclusive", "read-only", "name"],

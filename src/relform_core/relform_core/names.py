@@ -2,11 +2,21 @@
 
 from enum import IntEnum
 
+FORMATION = "formation"
+"""Namespace of the controller that commands the whole team."""
+CONTROLLER = "controller"
+"""Node in the namespace of each controller."""
+EVENTS_OF_CONTROLLER = "events"
+"""Topic in the namespace of each controller, as the next three."""
+STATE_OF_CONTROLLER = "state"
+SOLVER_OF_CONTROLLER = "solver"
+REFERENCE_OF_CONTROLLER = "reference"
+
 CLOCK = "/clock"
-EVENTS = "/formation/events"
-STATE = "/formation/state"
-SOLVER = "/formation/solver"
-REFERENCE = "/formation/reference"
+EVENTS = f"/{FORMATION}/{EVENTS_OF_CONTROLLER}"
+STATE = f"/{FORMATION}/{STATE_OF_CONTROLLER}"
+SOLVER = f"/{FORMATION}/{SOLVER_OF_CONTROLLER}"
+REFERENCE = f"/{FORMATION}/{REFERENCE_OF_CONTROLLER}"
 DIAGNOSTICS = "/diagnostics"
 
 GROUND_TRUTH = "ground_truth"
@@ -17,7 +27,7 @@ STEP_DONE = "step_done"
 """Topic in the namespace of each member of the barrier."""
 
 CLOCK_NODE = "/sim/clock"
-CONTROLLER_NODE = "/formation/controller"
+CONTROLLER_NODE = f"/{FORMATION}/{CONTROLLER}"
 RECORDER_NODE = "/recorder"
 MONITOR_NODE = "/monitor"
 PLAYER_NODE = "/player"

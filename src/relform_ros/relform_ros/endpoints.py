@@ -44,9 +44,20 @@ class Endpoints:
         self._publishers[topic].publish(message)
 
     def subscribe_raw(self, topic: str, callback: Callable[[bytes, int], None]) -> None:
-        """Read a topic without decoding it, see ``raw.subscribe_raw``."""
+        """Read a topic without decoding it.
+
+        Args:
+            callback: see ``raw.subscribe_raw``; a RejectionError that it raises is counted.
+        """
+
+        def take(data: bytes, publish_time_ns: int) -> None:
+            try:
+                callback(data, publish_time_ns)
+            except RejectionError as rejected:
+                self.rejections.count(topic, rejected)
+
         entry = self._topics[topic]
-        self._subscriptions[topic] = subscribe_raw(self._node, entry.type, topic, callback, entry.qos)
+        self._subscriptions[topic] = subscribe_raw(self._node, entry.type, topic, take, entry.qos)
 
     def subscribe(self, topic: str, callback: Callable[[Any], None]) -> None:
         """Read a topic.

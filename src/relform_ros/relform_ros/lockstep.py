@@ -1,23 +1,24 @@
-"""Lock-step seen from a node: what belongs to which step, and whether all is there that was sent in it.
+"""Lock-step as one node sees it: the step of each message, and whether a step's messages have arrived.
 
-Step k is the instant k * period; stamps tell the step of a message. The nodes feed in what arrives.
+Step k is the instant k * period; the stamp of a message says to which step it belongs.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from relform_msgs.msg import StepDone
 from relform_ros.rejection import Reason, RejectionError
 
-JOINED = -2
-"""Step number that says: the node is there, and waits for the others."""
-READY = -1
-"""Step number that says: discovery is complete, the run may start."""
+JOINED: int = StepDone.JOINED
+"""Step number of a node that has started and waits for the others."""
+READY: int = StepDone.READY
+"""Step number of a node that has found the others: the flight may start."""
 
 AHEAD = 2
-"""How far a message may be ahead of the oldest open step. A node closes step k - 1 only during step k, and
-may still have to hear the tick of step k + 1 when others, who have heard it, send for that step."""
+"""How far a message may be ahead of the oldest open step: a node closes step k - 1 during step k, and others
+may have received the tick of step k + 1 and send for that step before this node receives the tick."""
 
 M = TypeVar("M")
 T = TypeVar("T")
@@ -30,11 +31,11 @@ class Done:
     node: str
     step: int
     sent: tuple[str, ...]
-    """Topics on which it has published in this step, as often as it has."""
+    """The topic of each message that it has published in this step."""
     fault: str
-    """Empty, or why the run cannot go on."""
+    """Empty, or why the node cannot continue."""
     configuration: str = ""
-    """What must be equal on all nodes; told when a node joins."""
+    """What must be equal on all nodes; set when a node joins."""
 
 
 def step_at(stamp_ns: int, period_ns: int) -> int:
@@ -52,7 +53,7 @@ def step_at(stamp_ns: int, period_ns: int) -> int:
 
 
 class _OpenSteps(Generic[T]):
-    """What is known of each step for which messages are accepted."""
+    """What is known of each step for which messages are accepted, and of the step before them."""
 
     def __init__(self, empty: Callable[[], T]) -> None:
         self._oldest = 0
@@ -61,11 +62,14 @@ class _OpenSteps(Generic[T]):
     def __getitem__(self, step: int) -> T:
         return self._steps[step]
 
+    def __len__(self) -> int:
+        return len(self._steps)
+
     def opened(self, step: int) -> T:
-        """A step to which a message belongs.
+        """The step of a message.
 
         Raises:
-            RejectionError: the step is over, or nobody can have reached it.
+            RejectionError: the step is over, or no node can have reached it.
         """
         if step < self._oldest:
             raise RejectionError(Reason.STALE, f"belongs to step {step}, which is over (now: {self._oldest})")
@@ -76,24 +80,24 @@ class _OpenSteps(Generic[T]):
         return self._steps[step]
 
     def close(self, step: int) -> None:
-        """Forget a step and all before it."""
-        self._oldest = step + 1
-        for old in [each for each in self._steps if each <= step]:
+        """Accept no more messages for a step and all before it; forget what is older than this step."""
+        self._oldest = max(self._oldest, step + 1)
+        for old in [each for each in self._steps if each < step]:
             del self._steps[old]
 
 
 class Announcements:
-    """What the awaited members of the barrier say they have sent, step by step."""
+    """What the awaited members of the barrier report to have sent, step by step."""
 
     def __init__(self, awaited: Iterable[str]) -> None:
         self._awaited = frozenset(awaited)
         self._steps: _OpenSteps[dict[str, Done]] = _OpenSteps(dict)
 
     def add(self, done: Done) -> None:
-        """Take in what a member says; that it has joined or is ready is of no interest here.
+        """Take in that a member has finished a step; that it has joined or is ready is ignored.
 
         Raises:
-            RejectionError: it is not awaited, or says so for the second time, or for a step that is not open.
+            RejectionError: it is not awaited, or has reported this step before, or the step is not open.
         """
         if done.node not in self._awaited:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is not awaited here")
@@ -112,77 +116,65 @@ class Announcements:
         return Counter(topic for each in done for topic in each.sent)
 
     def faulty(self, step: int) -> bool:
-        """Whether an awaited member says that the run cannot go on."""
+        """Whether an awaited member has reported that it cannot continue."""
         return any(done.fault for done in self._steps[step].values())
 
     def close(self, step: int) -> None:
-        """Forget a step and all before it."""
+        """Close a step and all before it."""
         self._steps.close(step)
 
 
 class StepInbox(Generic[M]):
-    """Messages of the open steps, at most one per topic and step."""
+    """Messages of one topic in the open steps, at most one per step."""
 
-    def __init__(self, topics: Iterable[str], period_ns: int) -> None:
-        self._topics = frozenset(topics)
+    def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
-        self._steps: _OpenSteps[dict[str, M]] = _OpenSteps(dict)
+        self._steps: _OpenSteps[list[M]] = _OpenSteps(list)
 
-    def add(self, topic: str, stamp_ns: int, message: M) -> None:
+    def add(self, stamp_ns: int, message: M) -> None:
         """Put a message to its step.
 
         Raises:
-            RejectionError: no such topic or step, or the step has this message already.
+            RejectionError: the step is not open, or it has a message already.
         """
-        if topic not in self._topics:
-            raise RejectionError(Reason.FOREIGN, "nobody here expects this topic")
         number = step_at(stamp_ns, self._period_ns)
         step = self._steps.opened(number)
-        if topic in step:
+        if step:
             raise RejectionError(Reason.DUPLICATE, f"step {number} has this message already")
-        step[topic] = message
+        step.append(message)
 
-    def at(self, step: int) -> Mapping[str, M]:
-        """The messages of a step so far, by topic."""
-        return self._steps[step]
+    def received(self, step: int) -> int:
+        """Number of messages of a step so far."""
+        return len(self._steps[step])
 
-    def has(self, step: int, sent: Collection[str] | None) -> bool:
-        """Whether all is here that was sent in a step on topics of this inbox; None: not known yet, so no."""
-        if sent is None:
-            return False
+    def take(self, step: int) -> M | None:
+        """The message of a step, if there is one; the step is closed."""
         messages = self._steps[step]
-        return all(topic in messages for topic in sent if topic in self._topics)
-
-    def close(self, step: int) -> None:
-        """Forget a step and all before it."""
         self._steps.close(step)
+        return messages.pop() if messages else None
 
 
 class StepTally:
-    """Counts the messages of the open steps, for a node that takes any number per topic and step."""
+    """Counts the messages of one topic in the open steps, any number per step."""
 
-    def __init__(self, topics: Iterable[str], period_ns: int) -> None:
-        self._topics = frozenset(topics)
+    def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
-        self._steps: _OpenSteps[Counter[str]] = _OpenSteps(Counter)
+        self._steps: _OpenSteps[list[int]] = _OpenSteps(lambda: [0])
 
-    def add(self, topic: str, stamp_ns: int) -> int:
-        """Count a message, and tell the how many-th of its topic and step it is.
+    def add(self, stamp_ns: int) -> int:
+        """Count a message, and return its ordinal within its step, from 1.
 
         Raises:
-            RejectionError: no such step.
+            RejectionError: the step is not open.
         """
         step = self._steps.opened(step_at(stamp_ns, self._period_ns))
-        step[topic] += 1
-        return step[topic]
+        step[0] += 1
+        return step[0]
 
-    def has(self, step: int, sent: Mapping[str, int] | None) -> bool:
-        """Whether all was counted that was sent in a step on these topics; None: not known yet, so no."""
-        if sent is None:
-            return False
-        received = self._steps[step]
-        return all(received[topic] >= number for topic, number in sent.items() if topic in self._topics)
+    def received(self, step: int) -> int:
+        """Number of messages of a step so far."""
+        return self._steps[step][0]
 
     def close(self, step: int) -> None:
-        """Forget a step and all before it."""
+        """Close a step and all before it."""
         self._steps.close(step)

@@ -1,6 +1,5 @@
 """The topics of a flight: one table of names, types, writers and readers that every node uses."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,20 +11,16 @@ from rosgraph_msgs.msg import Clock
 from relform_core.names import (
     CLOCK,
     CLOCK_NODE,
-    CONTROLLER_NODE,
     DIAGNOSTICS,
-    EVENTS,
     GROUND_TRUTH,
     MONITOR_NODE,
-    REFERENCE,
     ROTOR_SPEEDS,
-    SOLVER,
-    STATE,
     step_done_topic,
     vehicle_node,
     vehicle_topic,
 )
-from relform_core.scenario_config import ScenarioConfig, TeamConfig
+from relform_core.roster import Controller, Roster
+from relform_core.scenario_config import ScenarioConfig
 from relform_msgs.msg import (
     FormationEvent,
     FormationReference,
@@ -49,60 +44,49 @@ class Topic:
     qos: QoSProfile = field(default_factory=lambda: LOCKSTEP)
 
 
-def members(team: TeamConfig, observers: Sequence[str]) -> tuple[str, ...]:
-    """Fully qualified names of all members of the barrier."""
-    return (*map(vehicle_node, team.vehicles), CONTROLLER_NODE, *observers)
-
-
-def topic_table(config: ScenarioConfig, observers: Sequence[str]) -> dict[str, Topic]:
+def topic_table(config: ScenarioConfig, roster: Roster) -> dict[str, Topic]:
     """All topics of a flight by name.
 
-    Args:
-        observers: fully qualified names of the members beside vehicles and controller. They read every topic,
-            except that the monitor does without the sensors.
+    Observers read every topic, except that the monitor does without the sensors.
     """
-    team = config.team
-    vehicle_nodes = {vehicle: vehicle_node(vehicle) for vehicle in team.vehicles}
-    all_members = members(team, observers)
-    observers = tuple(observers)
-    sensor_observers = tuple(node for node in observers if node != MONITOR_NODE)
-    controller = (CONTROLLER_NODE,)
+    sensor_observers = tuple(node for node in roster.observers if node != MONITOR_NODE)
     topics = [
-        Topic(CLOCK, Clock, (CLOCK_NODE,), all_members),
-        # Of what the others have finished, each reads only what it waits for: n messages per step, not n^2.
-        *(
-            Topic(
-                step_done_topic(node), StepDone, (node,), (CLOCK_NODE, CONTROLLER_NODE, *observers), LATCHED
-            )
-            for node in vehicle_nodes.values()
-        ),
-        Topic(
-            step_done_topic(CONTROLLER_NODE),
-            StepDone,
-            controller,
-            (CLOCK_NODE, *vehicle_nodes.values(), *observers),
-            LATCHED,
-        ),
-        *(Topic(step_done_topic(node), StepDone, (node,), (CLOCK_NODE,), LATCHED) for node in observers),
-        Topic(EVENTS, FormationEvent, (*vehicle_nodes.values(), CONTROLLER_NODE), observers, LATCHED),
-        Topic(STATE, FormationState, controller, observers),
-        Topic(SOLVER, SolverStatus, controller, observers),
-        Topic(REFERENCE, FormationReference, controller, observers),
-        Topic(DIAGNOSTICS, DiagnosticArray, (CLOCK_NODE, *all_members), sensor_observers),
+        Topic(CLOCK, Clock, (CLOCK_NODE,), roster.members),
+        Topic(DIAGNOSTICS, DiagnosticArray, (CLOCK_NODE, *roster.members), sensor_observers),
+        *(topic for controller in roster.controllers for topic in _of_controller(controller, roster)),
+        *(topic for vehicle in roster.vehicles for topic in _of_vehicle(vehicle, config, roster)),
+        *(_step_done(node, ()) for node in roster.observers),
     ]
-    for vehicle, node in vehicle_nodes.items():
-        others = tuple(other for other in vehicle_nodes.values() if other != node)
-        topics += [
-            *(
-                Topic(
-                    vehicle_topic(vehicle, sensor.name),
-                    wire(sensor).MESSAGE,
-                    (node,),
-                    (CONTROLLER_NODE, *sensor_observers),
-                )
-                for sensor in config.sensors_of(vehicle)
-            ),
-            Topic(vehicle_topic(vehicle, GROUND_TRUTH), Odometry, (node,), (*others, *observers)),
-            Topic(vehicle_topic(vehicle, ROTOR_SPEEDS), RotorSpeeds, controller, (node, *observers)),
-        ]
     return {topic.name: topic for topic in topics}
+
+
+def _of_controller(controller: Controller, roster: Roster) -> list[Topic]:
+    writer = (controller.node,)
+    vehicles = tuple(map(vehicle_node, controller.vehicles))
+    return [
+        _step_done(controller.node, (*vehicles, *roster.observers)),
+        Topic(controller.events, FormationEvent, (*vehicles, *writer), roster.observers, LATCHED),
+        Topic(controller.state, FormationState, writer, roster.observers),
+        Topic(controller.solver, SolverStatus, writer, roster.observers),
+        Topic(controller.reference, FormationReference, writer, roster.observers),
+    ]
+
+
+def _of_vehicle(vehicle: str, config: ScenarioConfig, roster: Roster) -> list[Topic]:
+    node, commander = vehicle_node(vehicle), roster.commander(vehicle).node
+    others = tuple(vehicle_node(other) for other in roster.vehicles if other != vehicle)
+    sensor_readers = (commander, *(node for node in roster.observers if node != MONITOR_NODE))
+    return [
+        _step_done(node, (commander, *roster.observers)),
+        Topic(vehicle_topic(vehicle, GROUND_TRUTH), Odometry, (node,), (*others, *roster.observers)),
+        Topic(vehicle_topic(vehicle, ROTOR_SPEEDS), RotorSpeeds, (commander,), (node, *roster.observers)),
+        *(
+            Topic(vehicle_topic(vehicle, sensor.name), wire(sensor).MESSAGE, (node,), sensor_readers)
+            for sensor in config.sensors_of(vehicle)
+        ),
+    ]
+
+
+def _step_done(node: str, readers: tuple[str, ...]) -> Topic:
+    """The end of each step of a node: read by those that wait for its messages, so n readers, not n^2."""
+    return Topic(step_done_topic(node), StepDone, (node,), (CLOCK_NODE, *readers), LATCHED)

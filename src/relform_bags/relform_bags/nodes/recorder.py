@@ -4,8 +4,9 @@ A recorder that the flight does not know (parameter ``observers``) records what 
 """
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 
 import rclpy
 from rclpy.node import Node
@@ -16,9 +17,11 @@ from relform_bags.nodes.recording import QUIET_S, Recording
 from relform_bags.options import RecorderOptions
 from relform_core.errors import BagError
 from relform_core.installed import software_versions
+from relform_core.load import LoadedScenario
 from relform_core.names import CONFIG_ATTACHMENT, RECORDER_NODE, VERSIONS_ATTACHMENT, split_node_name
-from relform_ros.lockstep import StepTally
-from relform_ros.member import FAREWELL_S, LockstepMember
+from relform_core.roster import Roster
+from relform_ros.lockstep_pacing import LockstepPacing
+from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import RejectionError
@@ -29,13 +32,12 @@ from relform_ros.topics import Topic
 class FlightRecorder:
     """Writes all messages of a flight; their log time is their stamp, the instant of the step."""
 
-    def __init__(self, node: Node, spinner: Spinner, observers: tuple[str, ...]) -> None:
+    def __init__(self, node: Node, spinner: Spinner, scenario: LoadedScenario, pacing: Pacing) -> None:
         self._node = node
         self._spinner = spinner
-        self._scenario = read_scenario(node)
+        self._scenario = scenario
         self._options = read_options(node, RecorderOptions)
-        self._period_ns = self._scenario.config.period_ns
-        self._member = LockstepMember(node, spinner, self._scenario, observers)
+        self._pacing = pacing
 
     def run(self) -> None:
         """Record to the end of the flight.
@@ -55,43 +57,30 @@ class FlightRecorder:
             recording.close()
 
     def _record(self, recording: Recording) -> None:
-        endpoints, announcements = self._member.endpoints, self._member.announcements
-        chosen = self._options.selection
-        topics = [topic for topic in endpoints.readable if chosen.takes(topic.name, _type_name(topic))]
-        tally = StepTally([topic.name for topic in topics], self._period_ns)
+        pacing, chosen = self._pacing, self._options.selection
+        topics = [topic for topic in pacing.readable if chosen.takes(topic.name, _type_name(topic))]
         for topic in topics:
-            endpoints.subscribe_raw(topic.name, _taker(topic, recording, tally))
-        for step in self._member.steps():
+            pacing.read_raw(topic.name, partial(self._take, recording, topic))
+        for step in pacing.steps():
             for topic in topics if step == 0 else ():  # a topic without any message is in the bag as well
                 recording.add_topic(topic.name, _type_name(topic))
-            self._member.wait(
-                # Nobody calls it after this turn of the loop, so it may see the variable of the loop.
-                lambda: tally.has(step, announcements.sent(step))  # noqa: B023
-            )
+            pacing.gather(step)
             if recording.is_full:
                 self._spinner.drain(QUIET_S)  # for what nodes sent that this one does not wait for
                 try:
                     recording.close()
                 except BagError as error:
-                    self._member.done(step, fault=str(error))
-                    endpoints.wait_until_received(FAREWELL_S)
+                    pacing.done(step, fault=str(error))
+                    pacing.leave()
                     raise
-            tally.close(step)
-            announcements.close(step)
-            self._member.done(step)
+            pacing.done(step)
 
-
-def _taker(topic: Topic, recording: Recording, tally: StepTally) -> Callable[[bytes, int], None]:
-    name, type_name = topic.name, _type_name(topic)
-
-    def take(data: bytes, publish_time_ns: int) -> None:
+    def _take(self, recording: Recording, topic: Topic, data: bytes, publish_time_ns: int) -> None:
         stamp_ns = raw_stamp_ns(data)
-        recording.add_topic(name, type_name)
-        recording.write(name, data, stamp_ns, publish_time_ns)
+        recording.add_topic(topic.name, _type_name(topic))
+        recording.write(topic.name, data, stamp_ns, publish_time_ns)
         with suppress(RejectionError):  # a step that is over does not miss it, but the bag has it
-            tally.add(name, stamp_ns)
-
-    return take
+            self._pacing.count(topic.name, stamp_ns)
 
 
 def _type_name(topic: Topic) -> str:
@@ -107,7 +96,9 @@ def build_recorder(node: Node, spinner: Spinner) -> Runnable:
     """
     observers = read_observers(node)
     if node.get_fully_qualified_name() in observers:
-        return FlightRecorder(node, spinner, observers)
+        scenario = read_scenario(node)
+        pacing = LockstepPacing(node, spinner, scenario, Roster.of(scenario.config, observers))
+        return FlightRecorder(node, spinner, scenario, pacing)
     return DiscoveringRecorder(node, spinner)
 
 

@@ -7,7 +7,6 @@ from functools import partial
 
 import numpy as np
 import rclpy
-from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
@@ -16,9 +15,10 @@ from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_analysis.flight.metrics import formation_errors, scored_pairs
 from relform_core.load import LoadedScenario
 from relform_core.names import EVENTS, GROUND_TRUTH, MONITOR_NODE, REFERENCE, split_node_name
+from relform_core.roster import Roster
 from relform_core.units import NANOSECONDS_PER_SECOND
-from relform_ros.lockstep import StepTally
-from relform_ros.member import LockstepMember
+from relform_ros.lockstep_pacing import LockstepPacing
+from relform_ros.pacing import Pacing
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
@@ -32,27 +32,23 @@ class Monitor:
 
     def __init__(
         self,
-        node: Node,
-        spinner: Spinner,
         scenario: LoadedScenario,
-        observers: Sequence[str],
+        pacing: Pacing,
         on_step: Callable[["Monitor"], None],
     ) -> None:
-        """``on_step`` is called at the end of each step; the observers include this node."""
+        """``on_step`` is called at the end of each step."""
         self.step = -1
         """The newest step that was seen whole; -1: none."""
         self._scenario = scenario
         self._on_step = on_step
         self._began = self._now = 0.0
         self._messages: list[tuple[str, bytes]] = []
-        self._member = LockstepMember(node, spinner, scenario, observers)
-        endpoints = self._member.endpoints
+        self._pacing = pacing
         self._types = {
-            topic.name: topic.type for topic in endpoints.readable if FlightLogBuilder.needs(topic.name)
+            topic.name: topic.type for topic in pacing.readable if FlightLogBuilder.needs(topic.name)
         }
-        self._tally = StepTally(self._types, scenario.config.period_ns)
         for topic in self._types:
-            endpoints.subscribe_raw(topic, partial(self._take, topic))
+            pacing.read_raw(topic, partial(self._take, topic))
 
     def run(self) -> None:
         """Watch the flight to its end.
@@ -60,17 +56,14 @@ class Monitor:
         Raises:
             StopRequestedError: by a signal.
         """
-        announcements = self._member.announcements
-        for step in self._member.steps():
+        for step in self._pacing.steps():
             self._now = time.perf_counter()
             if step == 0:
                 self._began = self._now
-            self._wait_for(step)
+            self._pacing.gather(step)
             self.step = step
-            self._tally.close(step)
-            announcements.close(step)
             self._on_step(self)
-            self._member.done(step)
+            self._pacing.done(step)
         self._now = time.perf_counter()
 
     @property
@@ -103,16 +96,9 @@ class Monitor:
             builder.add(topic, deserialize_message(data, self._types[topic]))
         return builder.build()
 
-    def _wait_for(self, step: int) -> None:
-        self._member.wait(lambda: self._tally.has(step, self._member.announcements.sent(step)))
-
     def _take(self, topic: str, data: bytes, publish_time_ns: int) -> None:
-        try:
-            if self._tally.add(topic, raw_stamp_ns(data)) > 1 and topic != EVENTS:
-                raise RejectionError(Reason.DUPLICATE, "this step has this message already")
-        except RejectionError as rejected:
-            self._member.endpoints.rejections.count(topic, rejected)
-            return
+        if self._pacing.count(topic, raw_stamp_ns(data)) > 1 and topic != EVENTS:
+            raise RejectionError(Reason.DUPLICATE, "this step has this message already")
         self._messages.append((topic, data))
 
 
@@ -127,6 +113,7 @@ def monitoring(
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = rclpy.create_node(split_node_name(MONITOR_NODE)[1], enable_rosout=False)
-        yield Monitor(node, Spinner(node, watch), scenario, observers, on_step)
+        pacing = LockstepPacing(node, Spinner(node, watch), scenario, Roster.of(scenario.config, observers))
+        yield Monitor(scenario, pacing, on_step)
     finally:
         try_shutdown()

@@ -15,16 +15,18 @@ from rosgraph_msgs.msg import Clock
 
 from relform_core.errors import FlightError
 from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, step_done_topic
+from relform_core.roster import Roster
 from relform_msgs.msg import StepDone
 from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
 from relform_ros.diagnostics import diagnostics_to_msg, is_due
+from relform_ros.discovery import DISCOVERY_POLL_S, check_name, discover
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
-from relform_ros.member import DISCOVERY_POLL_S, check_name, configuration_of, discover
+from relform_ros.lockstep_pacing import configuration_of
 from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.run_node import Spinner, run_node
 from relform_ros.step_done import done_from_msg
-from relform_ros.topics import members, topic_table
+from relform_ros.topics import topic_table
 
 ANSWER_S = 1.0
 """How long a node may take to answer when the clock asks whether it is there at all."""
@@ -38,20 +40,20 @@ class ClockServer:
     def __init__(self, node: Node, spinner: Spinner) -> None:
         scenario = read_scenario(node)
         config = scenario.config
-        observers = read_observers(node)
+        roster = Roster.of(config, read_observers(node))
         self._name = node.get_fully_qualified_name()
         check_name(self._name, (CLOCK_NODE,))
         self._node = node
         self._spinner = spinner
         self._config = config
-        self._endpoints = Endpoints(node, topic_table(config, observers))
-        self._members = members(config.team, observers)
+        self._endpoints = Endpoints(node, topic_table(config, roster))
+        self._members = roster.members
         for member in self._members:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
         self._barrier = Barrier(
-            members(config.team, ()),
-            observers,
-            configuration=configuration_of(scenario, observers),
+            self._members,
+            roster.observers,
+            configuration=configuration_of(scenario, roster),
             n_steps=config.n_steps,
             period=config.controller.period,
             start_timeout=read_only(node, "start_timeout_s", 60.0, START_TIMEOUT, (0.1, 3600.0)),

@@ -1,67 +1,63 @@
 """A simulated quadrotor: ``Vehicle`` on the wire. The vehicle's name is the namespace of the node."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import rclpy
-from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.node import Node
 
 from relform_core.errors import ConfigError
+from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
-from relform_core.names import EVENTS, GROUND_TRUTH, ROTOR_SPEEDS, VEHICLE_NODE, vehicle_topic
-from relform_core.scenario_config import TeamConfig
+from relform_core.names import GROUND_TRUTH, ROTOR_SPEEDS, VEHICLE_NODE, vehicle_topic
+from relform_core.roster import Roster
 from relform_core.telemetry import Event, FaultReported, ParametersSet, PerStep
 from relform_core.tuning import vehicle_tuning
-from relform_msgs.msg import RotorSpeeds as RotorSpeedsMsg
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
-from relform_ros.lockstep import StepInbox
-from relform_ros.member import LockstepMember
+from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.odometry import odometry_from_msg, odometry_to_msg
+from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
-from relform_ros.run_node import Spinner, run_node
+from relform_ros.run_node import Runnable, Spinner, run_node
 from relform_ros.sensors.wire import wire
 from relform_sim.vehicle import Vehicle
 
 
 class Quadrotor:
-    """Moves its vehicle from tick to tick, and tells the others where it is and what it measures."""
+    """Moves its vehicle from step to step, and publishes where it is and what it measures."""
 
-    def __init__(self, node: Node, spinner: Spinner) -> None:
-        scenario = read_scenario(node)
+    def __init__(
+        self, node: Node, vehicle: str, scenario: LoadedScenario, roster: Roster, pacing: Pacing
+    ) -> None:
         config = scenario.config
         self._team = config.team
-        self._name = _vehicle_name(node, config.team)
+        self._name = vehicle
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
         self._sensors = config.sensors_of(self._name)
         self._vehicle = Vehicle(config, scenario.seed, self._name)
         self._parameters = LiveParameters(node, vehicle_tuning(scenario))
-        self._truth_topics = {name: vehicle_topic(name, GROUND_TRUTH) for name in config.team.vehicles}
+        self._pacing = pacing
+        self._events = roster.commander(self._name).events
         self._command_topic = vehicle_topic(self._name, ROTOR_SPEEDS)
-        self._others = [name for name in config.team.vehicles if name != self._name]
-        self._truths = StepInbox[Odometry](
-            (self._truth_topics[name] for name in self._others), self._period_ns
-        )
-        self._commands = StepInbox[RotorCommand]([self._command_topic], self._period_ns)
-        self._member = LockstepMember(node, spinner, scenario, read_observers(node))
-        self._member.report = lambda: vars(self._vehicle.counts)
-        self._member.endpoints.subscribe(self._command_topic, self._on_command)
-        for name in self._others:
-            self._member.endpoints.subscribe(self._truth_topics[name], self._truth_callback(name))
+        self._truth_topics = {
+            vehicle_topic(other, GROUND_TRUTH): other for other in roster.vehicles if other != self._name
+        }
+        pacing.read(self._command_topic, partial(rotor_command_from_msg, vehicle=self._name))
+        for topic, other in self._truth_topics.items():
+            pacing.read(topic, partial(odometry_from_msg, vehicle=other))
 
     def run(self) -> None:
         """Fly the scenario.
 
         Raises:
+            FlightError: the flight is over before its last step.
             StopRequestedError: by a signal.
         """
-        for step in self._member.steps():
+        for step in self._pacing.steps():
             self._apply_parameters(step)
-            if step == self._n_steps:
-                self._parameters.close()
             truth = self._vehicle.advance(step, self._command(step - 1))
             self._publish(GROUND_TRUTH, odometry_to_msg(truth, self._name))
             ground_truth = self._others_truth(step) | {self._name: truth}
@@ -69,29 +65,28 @@ class Quadrotor:
             fault = self._vehicle.fault(step, ground_truth) or ""
             if fault:
                 self._publish_event(step, FaultReported(fault))
-            self._member.done(step, fault)
+            self._pacing.done(step, fault, report=vars(self._vehicle.counts))
 
     def _apply_parameters(self, step: int) -> None:
-        """Take over what was changed since the last step, and tell those who record."""
+        """Apply what was changed since the last step, and publish it as an event."""
         if changes := self._parameters.take():
             self._vehicle.set_limits(self._parameters.tuning.config)
             self._publish_event(step, ParametersSet(changes))
+        if step == self._n_steps:
+            self._parameters.close()
 
     def _command(self, step: int) -> RotorCommand | None:
-        """The command of a step, when it is known whether there is one."""
+        """The command of a step; None if the controller sent none."""
         if step < 0:
             return None
-        self._member.wait(lambda: self._commands.has(step, self._member.announcements.sent(step)))
-        command = self._commands.at(step).get(self._command_topic)
-        self._member.announcements.close(step)
-        self._commands.close(step)
+        command: RotorCommand | None = self._pacing.gather(step, [self._command_topic]).messages.get(
+            self._command_topic
+        )
         return command
 
     def _others_truth(self, step: int) -> dict[str, Odometry]:
-        self._member.wait(lambda: len(self._truths.at(step)) == len(self._others))
-        truths = {name: self._truths.at(step)[self._truth_topics[name]] for name in self._others}
-        self._truths.close(step)
-        return truths
+        messages = self._pacing.gather(step, self._truth_topics).messages
+        return {self._truth_topics[topic]: truth for topic, truth in messages.items()}
 
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
         for sensor in self._sensors:
@@ -100,33 +95,35 @@ class Quadrotor:
 
     def _publish_event(self, step: int, content: ParametersSet | FaultReported) -> None:
         event = PerStep(step, step * self._period_ns, Event(self._name, content))
-        self._member.publish(EVENTS, event_to_msg(event, self._team))
+        self._pacing.publish(self._events, event_to_msg(event, self._team))
 
     def _publish(self, name: str, message: Any) -> None:
-        self._member.publish(vehicle_topic(self._name, name), message)
-
-    def _on_command(self, msg: RotorSpeedsMsg) -> None:
-        command = rotor_command_from_msg(msg, self._name)
-        self._commands.add(self._command_topic, command.stamp_ns, command)
-
-    def _truth_callback(self, name: str) -> Callable[[OdometryMsg], None]:
-        def on_truth(msg: OdometryMsg) -> None:
-            truth = odometry_from_msg(msg, name)
-            self._truths.add(self._truth_topics[name], truth.stamp_ns, truth)
-
-        return on_truth
+        self._pacing.publish(vehicle_topic(self._name, name), message)
 
 
-def _vehicle_name(node: Node, team: TeamConfig) -> str:
+def _vehicle_name(node: Node, roster: Roster) -> str:
     namespace = node.get_namespace()
-    if (name := namespace.strip("/")) not in team.vehicles:
-        known = ", ".join(team.vehicles)
+    if (name := namespace.strip("/")) not in roster.vehicles:
+        known = ", ".join(roster.vehicles)
         raise ConfigError(
-            f"namespace '{namespace}' is none of the vehicles {known}: add --ros-args -r __ns:=/<vehicle>"
+            f"unknown vehicle, namespace '{namespace}', expected one of {known}: "
+            "add --ros-args -r __ns:=/<vehicle>"
         )
     return str(name)
 
 
+def build_quadrotor(node: Node, spinner: Spinner) -> Runnable:
+    """A quadrotor in lock-step, by the parameters of the node.
+
+    Raises:
+        ConfigError: a parameter is missing or not usable, or the namespace is not a vehicle.
+    """
+    scenario = read_scenario(node)
+    roster = Roster.of(scenario.config, read_observers(node))
+    vehicle = _vehicle_name(node, roster)
+    return Quadrotor(node, vehicle, scenario, roster, LockstepPacing(node, spinner, scenario, roster))
+
+
 def main() -> int:
     """Run the node."""
-    return run_node(lambda: rclpy.create_node(VEHICLE_NODE), Quadrotor)
+    return run_node(lambda: rclpy.create_node(VEHICLE_NODE), build_quadrotor)

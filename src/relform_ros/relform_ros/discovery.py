@@ -1,0 +1,48 @@
+"""How a node checks its name and finds the others before a flight."""
+
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+from relform_core.errors import ConfigError
+from relform_ros.endpoints import Endpoints
+from relform_ros.run_node import Spinner
+
+DISCOVERY_POLL_S = 0.01
+"""No event wakes a node when its picture of the graph changes, so during discovery it polls this often."""
+DISCOVERY_PATIENCE_S = 5.0
+"""After this time a node prints which nodes it is waiting for. It keeps waiting; only the clock gives up."""
+
+
+def discover(
+    name: str, endpoints: Endpoints, spinner: Spinner, is_ready: Callable[[], bool] = lambda: True
+) -> None:
+    """Wait until a node's partners are connected and it is ready; name the missing ones once, after a while.
+
+    Raises:
+        StopRequestedError: by a signal.
+    """
+    deadline = time.monotonic() + DISCOVERY_PATIENCE_S
+    unmatched = endpoints.unmatched()
+    while not is_ready() or unmatched:
+        spinner.once(DISCOVERY_POLL_S)
+        unmatched = endpoints.unmatched(among=unmatched)
+        if unmatched and time.monotonic() > deadline:
+            deadline = math.inf
+            absent = {node for topic in unmatched for node in endpoints.absent(topic)}
+            awaited = absent or {node for topic in unmatched for node in endpoints.partners(topic)}
+            print(f"{name}: still waiting for {', '.join(sorted(awaited))}", file=sys.stderr)
+
+
+def check_name(name: str, known: Sequence[str]) -> None:
+    """Check that a node has a name by which the others find it.
+
+    Raises:
+        ConfigError: it has not.
+    """
+    if name not in known:
+        raise ConfigError(
+            f"unknown node name {name}, expected one of {', '.join(known)}: start the node without "
+            "-r __node:=, and with -r __ns:= only if it is a vehicle"
+        )

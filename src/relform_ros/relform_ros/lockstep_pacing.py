@@ -1,0 +1,199 @@
+"""Pacing in lock-step: a step begins when the clock ticks, and it ends when its messages have arrived."""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from relform_core.errors import FlightError
+from relform_core.load import LoadedScenario
+from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, step_done_topic
+from relform_core.roster import Roster
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_msgs.msg import StepDone
+from relform_ros.diagnostics import diagnostics_to_msg, is_due
+from relform_ros.discovery import check_name, discover
+from relform_ros.endpoints import Endpoints
+from relform_ros.fields import stamp_from_msg
+from relform_ros.lockstep import JOINED, READY, Announcements, Done, StepInbox, StepTally, step_at
+from relform_ros.pacing import Gathered, Stamped
+from relform_ros.rejection import Reason, RejectionError
+from relform_ros.run_node import Spinner
+from relform_ros.step_done import done_from_msg, done_to_msg
+from relform_ros.topics import Topic, topic_table
+
+CLOCK_POLL_S = 1.0
+"""How often a node checks that the clock of its flight still exists."""
+FAREWELL_S = 1.0
+"""How long a node that ends waits until the others have received what it sent."""
+
+
+def configuration_of(scenario: LoadedScenario, roster: Roster) -> str:
+    """What all nodes of a flight must agree on: a hash of the scenario and its seed, and the observers."""
+    return " ".join((scenario.fingerprint, *sorted(roster.observers)))
+
+
+class LockstepPacing:
+    """Waits for the ticks of the clock and for all messages of a step; implements ``Pacing``.
+
+    Of a topic whose writers report the end of their steps to this node, a step has as many messages as they
+    say. Of any other topic it has exactly one.
+
+    Raises:
+        ConfigError: the node is no member of the flight.
+    """
+
+    def __init__(self, node: Node, spinner: Spinner, scenario: LoadedScenario, roster: Roster) -> None:
+        config = scenario.config
+        self._name = node.get_fully_qualified_name()
+        check_name(self._name, roster.members)
+        self._configuration = configuration_of(scenario, roster)
+        self._endpoints = Endpoints(node, topic_table(config, roster))
+        readable = {topic.name for topic in self.readable}
+        awaited = [member for member in roster.members if step_done_topic(member) in readable]
+        self._announcements = Announcements(awaited)
+        self._announced = {
+            topic.name for topic in self.readable if not set(topic.writers).isdisjoint(awaited)
+        }
+        """Topics whose number of messages per step is announced."""
+        self._inboxes: dict[str, StepInbox[Stamped]] = {}
+        self._tallies: dict[str, StepTally] = {}
+        self._spinner = spinner
+        self._period_ns = config.period_ns
+        self._n_steps = config.n_steps
+        self._sent: list[str] = []
+        self._promised: list[str] = []
+        self._newest_tick = -1
+        self._next_look = -math.inf
+        self._missed_clock = False
+        self._endpoints.subscribe(CLOCK, self._on_clock)
+        for member in awaited:
+            self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
+
+    @property
+    def readable(self) -> tuple[Topic, ...]:
+        """See ``Pacing``."""
+        return self._endpoints.readable
+
+    def read(self, topic: str, decode: Callable[[Any], Stamped]) -> None:
+        """See ``Pacing``."""
+        inbox = self._inboxes[topic] = StepInbox[Stamped](self._period_ns)
+
+        def take(msg: Any) -> None:
+            message = decode(msg)
+            inbox.add(message.stamp_ns, message)
+
+        self._endpoints.subscribe(topic, take)
+
+    def read_raw(self, topic: str, take: Callable[[bytes, int], None]) -> None:
+        """See ``Pacing``."""
+        self._tallies[topic] = StepTally(self._period_ns)
+        self._endpoints.subscribe_raw(topic, take)
+
+    def count(self, topic: str, stamp_ns: int) -> int:
+        """See ``Pacing``."""
+        return self._tallies[topic].add(stamp_ns)
+
+    def steps(self) -> Iterator[int]:
+        """See ``Pacing``: joins the flight, then yields each step when the clock has reached it."""
+        joined = Done(self._name, JOINED, (), "", self._configuration)
+        self._endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
+        discover(self._name, self._endpoints, self._spinner)
+        self._send_done(READY, stamp_ns=0, fault="")
+        for step in range(self._n_steps + 1):
+            self._wait(lambda: self._newest_tick >= step)  # noqa: B023  # called before the loop continues
+            yield step
+        self.leave()
+
+    def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+        """See ``Pacing``."""
+        topics = (*self._inboxes, *self._tallies) if topics is None else tuple(topics)
+        announced = [topic for topic in topics if topic in self._announced]
+        certain = [topic for topic in topics if topic not in self._announced]
+        self._wait(lambda: self._has_arrived(step, announced, certain))
+        faulty = bool(announced) and self._announcements.faulty(step)
+        if announced:
+            self._announcements.close(step)
+        messages = {}
+        for topic in topics:
+            if topic in self._tallies:
+                self._tallies[topic].close(step)
+            elif (message := self._inboxes[topic].take(step)) is not None:
+                messages[topic] = message
+        return Gathered(messages, faulty)
+
+    def publish(self, topic: str, message: Any) -> None:
+        """See ``Pacing``."""
+        self._endpoints.publish(topic, message)
+        if topic in self._promised:
+            self._promised.remove(topic)
+        else:
+            self._sent.append(topic)
+
+    def done(
+        self,
+        step: int,
+        fault: str = "",
+        promised: Iterable[str] = (),
+        report: Mapping[str, object] | None = None,
+    ) -> None:
+        """See ``Pacing``."""
+        stamp_ns = step * self._period_ns
+        if is_due(step, self._period_ns):
+            rejections = self._endpoints.rejections
+            self.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, report or {}))
+        self._promised = list(promised)
+        self._sent += self._promised
+        self._send_done(step, stamp_ns, fault)
+
+    def leave(self) -> None:
+        """See ``Pacing``."""
+        self._endpoints.wait_until_received(FAREWELL_S)
+
+    def _wait(self, condition: Callable[[], bool]) -> None:
+        while not condition():
+            self._spinner.once()
+            self._look_for_clock()
+
+    def _has_arrived(self, step: int, announced: Iterable[str], certain: Iterable[str]) -> bool:
+        if announced:
+            sent = self._announcements.sent(step)
+            if sent is None or any(self._received(topic, step) < sent[topic] for topic in announced):
+                return False
+        return all(self._received(topic, step) for topic in certain)
+
+    def _received(self, topic: str, step: int) -> int:
+        tally = self._tallies.get(topic)
+        return self._inboxes[topic].received(step) if tally is None else tally.received(step)
+
+    def _look_for_clock(self) -> None:
+        """Find out whether the clock is gone for good; before its first tick another may be started."""
+        if self._newest_tick < 0 or time.monotonic() < self._next_look:
+            return
+        self._next_look = time.monotonic() + CLOCK_POLL_S
+        is_gone = CLOCK_NODE in self._endpoints.absent(CLOCK)
+        if is_gone and self._missed_clock:
+            seconds = self._newest_tick * self._period_ns / NANOSECONDS_PER_SECOND
+            when = f"step {self._newest_tick} ({seconds:.2f} s)"
+            raise FlightError(f"{CLOCK_NODE} has gone in {when}: the flight is over")
+        self._missed_clock = is_gone
+
+    def _on_clock(self, msg: Clock) -> None:
+        step = step_at(stamp_from_msg(msg.clock), self._period_ns)
+        if step <= self._newest_tick:
+            raise RejectionError(Reason.STALE, f"tick of step {step} after that of step {self._newest_tick}")
+        if step > self._newest_tick + 1:
+            raise RejectionError(Reason.EARLY, f"tick of step {step} after that of step {self._newest_tick}")
+        self._newest_tick = step
+
+    def _on_step_done(self, member: str, msg: StepDone) -> None:
+        self._announcements.add(done_from_msg(msg, member))
+
+    def _send_done(self, step: int, stamp_ns: int, fault: str) -> None:
+        done = Done(self._name, step, tuple(self._sent), fault)
+        self._endpoints.publish(step_done_topic(self._name), done_to_msg(done, stamp_ns))
+        self._sent = []

@@ -1,0 +1,99 @@
+"""How the nodes of a flight move from step to step; step k is the instant k * period.
+
+A node reads topics, loops over ``steps``, gathers the messages of a step, publishes its own and reports
+that it is done. Whether it waits for others meanwhile, and for how long, is up to the implementation.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from relform_ros.topics import Topic
+
+
+class Stamped(Protocol):
+    """A message after decoding."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """The instant that it belongs to [ns]."""
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """The messages of one step."""
+
+    messages: Mapping[str, Any]
+    """Decoded, by topic, in the order in which the node began to read them; absent: not sent."""
+    faulty: bool
+    """Whether a sender of this step reported that it cannot continue."""
+
+
+class Pacing(Protocol):
+    """The steps of one node."""
+
+    @property
+    def readable(self) -> tuple[Topic, ...]:
+        """The topics that this node may read."""
+
+    def read(self, topic: str, decode: Callable[[Any], Stamped]) -> None:
+        """Read a topic of at most one message per step; ``gather`` hands the messages over.
+
+        Args:
+            decode: raises RejectionError for a message that cannot be used; it is counted.
+        """
+
+    def read_raw(self, topic: str, take: Callable[[bytes, int], None]) -> None:
+        """Read a topic without decoding, any number of messages per step.
+
+        Args:
+            take: called with each message as it arrives, and the wall time at which it was published [ns];
+                calls ``count`` for every message that belongs to a step. A RejectionError is counted.
+        """
+
+    def count(self, topic: str, stamp_ns: int) -> int:
+        """Note that a raw message has arrived, and return its ordinal within its topic and step, from 1.
+
+        Raises:
+            RejectionError: the instant belongs to no open step.
+        """
+
+    def steps(self) -> Iterator[int]:
+        """The steps of the flight, each when it begins for this node.
+
+        Raises:
+            FlightError: the flight is over before its last step.
+            StopRequestedError: by a signal.
+        """
+
+    def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+        """Wait for the messages of a step, hand over those that were decoded, and close the step for them.
+
+        Args:
+            topics: which of the topics that the node reads; None: all.
+        Raises:
+            FlightError: the flight is over before its last step.
+            StopRequestedError: by a signal.
+        """
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message of the current step."""
+
+    def done(
+        self,
+        step: int,
+        fault: str = "",
+        promised: Iterable[str] = (),
+        report: Mapping[str, object] | None = None,
+    ) -> None:
+        """Report that this node has finished a step; to be called once in each step.
+
+        Args:
+            fault: why the node cannot continue; empty: it can.
+            promised: topics of messages that the node publishes after this call, one each, before its next
+                step; only observers may read them.
+            report: what the node adds to its diagnostics.
+        """
+
+    def leave(self) -> None:
+        """Wait until the others have received what this node sent, when it ends before the last step."""
