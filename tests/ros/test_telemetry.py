@@ -96,6 +96,7 @@ CONTENTS = st.one_of(
         StepDecided,
         inputs=st.lists(st.tuples(st.sampled_from(["/leader/imu", "/follower_1/sonar"]), STAMPS)).map(tuple),
         sqp_steps=COUNT,
+        waiting_for=st.text("abc "),
     ),
     st.lists(st.tuples(FINITE, FINITE, FINITE), min_size=2, max_size=2).map(
         lambda places: FormationSet(dict(zip(TEAM.followers, places, strict=True)))

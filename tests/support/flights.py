@@ -31,8 +31,15 @@ def record(scenario: LoadedScenario, n_steps: int) -> tuple[list[TeamMeasurement
 
 
 def replay(controller: FormationController, measured: Sequence[TeamMeasurements]) -> list[Decision]:
-    """What a controller decides on measurements of an earlier flight."""
-    return [controller.step(measurements) for measurements in measured]
+    """What a controller decides on measurements of an earlier flight that suffice from the first step on."""
+    return [decided(controller, measurements) for measurements in measured]
+
+
+def decided(controller: FormationController, measurements: TeamMeasurements) -> Decision:
+    """What a controller decides on measurements that suffice."""
+    decision = controller.step(measurements)
+    assert isinstance(decision, Decision), decision.reason
+    return decision
 
 
 def replaced(measurements: TeamMeasurements, vehicle: str, **messages: Any) -> TeamMeasurements:

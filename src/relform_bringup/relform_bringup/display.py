@@ -57,6 +57,8 @@ class FlightDisplay:
         times = f"{monitor.flown:5.2f} / {self._duration:.1f} s"
         error = monitor.formation_error()
         facts = [f"formation error {error:.3f} m"] if error is not None else []
+        if error is None and (missing := monitor.waiting_for()):
+            facts.append(f"the start waits for {missing}")
         if monitor.wall_time > 0.0:
             facts.append(f"{monitor.flown / monitor.wall_time:.1f} x real time")
         if not self._console.is_terminal:

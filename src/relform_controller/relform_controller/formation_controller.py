@@ -1,23 +1,26 @@
 """The formation controller: measurements of the team in, rotor speeds for the team out."""
 
+import dataclasses
 import time
 from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from relform_controller.estimation.raw_feedback import Feedback, Prediction, RawFeedback
+from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
+from relform_controller.estimation.registry import make_estimator
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angle
-from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, Prediction
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
 from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.kernels import Kernels
-from relform_controller.solver.warm_start import hover_plan, shift, transform
 from relform_core.controller_config import WeightsConfig
+from relform_core.errors import FlightError
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 from relform_core.telemetry import Decision, PairEstimate, SolverReport, TeamReference, TeamState
+from relform_core.units import seconds_to_ns
 
 
 class FormationController:
@@ -26,10 +29,14 @@ class FormationController:
     `feedback` turns the measurements of one step into commands; `prepare_next` does, after the commands are
     out, what can be done before the next measurements. `step` does both.
 
+    The mission starts with the first decision. While the estimator waits for its first measurements, there
+    are no commands and the vehicles hover.
+
     Args:
         config: the scenario; of what it says about the vehicles the controller knows the nominal values only.
         clock: monotonic time [s], for the solver's reports.
         mission: what the team is asked to fly; None: the phases of the scenario.
+        estimator: None: the one that the configuration names.
     """
 
     def __init__(
@@ -37,26 +44,24 @@ class FormationController:
         config: ScenarioConfig,
         clock: Callable[[], float] = time.perf_counter,
         mission: Mission | None = None,
+        estimator: Estimator | None = None,
     ) -> None:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
         self._thrust_coefficient = config.vehicle.thrust_coefficient
-        self._hover_thrust = config.vehicle.hover_thrust
-        self._warm_start = config.controller.solver.warm_start
+        self._config = config.controller
         self._ocp = Ocp.from_config(config)
-        self._kernels = Kernels(self._ocp)
-        self._solver = ModifiedRti(self._ocp, self._kernels, config.controller.solver, clock)
         self._mission = ScenarioMission(config) if mission is None else mission
-        self._horizon_ns = np.arange(self._ocp.n_stages + 1) * self._period_ns
-        self._raw_feedback = RawFeedback(
-            self._vehicles, config.controller.relative_yaw_std_max, config.controller.period
+        self._estimator = make_estimator(config) if estimator is None else estimator
+        hover_thrust = config.vehicle.hover_thrust
+        self._solver = ModifiedRti(
+            self._ocp, Kernels(self._ocp), config.controller.solver, hover_thrust, clock
         )
-        self._plan: Plan | None = None
-        self._geometry: TeamGeometry | None = None
-        self._guess: Plan | None = None
+        self._horizon_ns = np.arange(self._ocp.n_stages + 1) * self._period_ns
         self._prediction: Prediction | None = None
-        self._applied_thrusts = np.full((self._ocp.n_vehicles, layout.N_INPUT), self._hover_thrust)
-        self._requested_weights: WeightsConfig | None = None
+        self._applied_thrusts = np.full((self._ocp.n_vehicles, layout.N_INPUT), hover_thrust)
+        self._waiting_since_ns: int | None = None
+        self._mission_start_ns: int | None = None
 
     @property
     def formation(self) -> Mapping[str, Vector3]:
@@ -64,8 +69,8 @@ class FormationController:
         return self._mission.formation
 
     def set_weights(self, weights: WeightsConfig) -> None:
-        """Weigh the terms of the cost otherwise from the next step on."""
-        self._requested_weights = weights
+        """Change the weights of the cost from the next step on."""
+        self._solver.set_weights(weights)
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """Fly another formation from the next step on, until the mission changes it.
@@ -77,79 +82,73 @@ class FormationController:
         """
         self._mission.set_formation(formation)
 
-    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision:
-        """`feedback`, then `prepare_next`."""
+    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Waiting:
+        """`feedback`, then `prepare_next` if there was a decision."""
         decision = self.feedback(measurements, sqp_steps)
-        self.prepare_next()
+        if isinstance(decision, Decision):
+            self.prepare_next()
         return decision
 
-    def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision:
+    def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Waiting:
         """Decide on the rotor speeds of the interval that starts at the instant of the measurements.
 
         Args:
             measurements: of all vehicles at one instant.
             sqp_steps: number of SQP steps to take, as a recorded flight did; None: as the limits allow.
+        Returns:
+            The decision; at the start of a flight what the controller waits for, if measurements are missing.
         Raises:
-            FlightError: the first measurements do not suffice to start.
+            FlightError: they are still missing after ``controller.start_wait_max_s``.
         """
-        self._mission.advance(measurements.arrival_ns)
-        asked = self._mission.reference(measurements.arrival_ns + self._horizon_ns)
+        now_ns = measurements.arrival_ns
+        estimate = self._estimator.update(measurements, self._applied_thrusts, self._prediction)
+        if isinstance(estimate, Waiting):
+            self._check_wait(now_ns, estimate)
+            return estimate
+        if self._mission_start_ns is None:
+            self._mission_start_ns = now_ns
+        mission_ns = now_ns - self._mission_start_ns
+        self._mission.advance(mission_ns)
+        asked = self._mission.reference(mission_ns + self._horizon_ns)
         reference = HorizonReference(asked.p_B1B2_C1, asked.leader.p_NB_N, asked.leader.yaw_NB)
-        feedback = self._raw_feedback.update(measurements, float(asked.leader.yaw_NB[0]), self._prediction)
-        self._apply_weights()
-        guess = self._guess
-        if guess is None or self._warm_start == "cold":
-            guess = hover_plan(feedback.initial_states, self._hover_thrust, self._ocp.n_stages)
-            self._solver.prepare(guess, feedback.geometry)
-        self._plan, report = self._solver.solve(
-            guess, feedback.initial_states, feedback.geometry, reference, self._applied_thrusts, sqp_steps
+        estimate = _unwrapped(estimate, float(asked.leader.yaw_NB[0]))
+        plan, report = self._solver.solve(
+            estimate.states, estimate.geometry, reference, self._applied_thrusts, sqp_steps
         )
-        self._geometry = feedback.geometry
-        self._applied_thrusts = self._plan.thrusts[:, 0]
-        return self._decision(measurements, feedback, asked, report)
+        self._applied_thrusts = plan.thrusts[:, 0]
+        return self._decision(measurements, estimate, asked, plan, report)
 
     def prepare_next(self) -> None:
         """Shift and transform the plan into the {mi} frames of the next step, and prepare its first SQP step.
 
         Raises:
-            RuntimeError: there was no feedback yet.
+            RuntimeError: there was no decision yet.
         """
-        if self._plan is None or self._geometry is None:
-            raise RuntimeError("prepare_next() needs a feedback() before it")
-        shifted = shift(self._plan, self._kernels)
-        transformed, geometry = transform(shifted, self._geometry, self._ocp.pairs)
-        self._prediction = Prediction(transformed.states[:, 0], geometry)
-        match self._warm_start:
-            case "transform":
-                self._guess = transformed
-            case "shift":
-                self._guess = shifted
-            case "hold":
-                self._guess = self._plan
-            case "cold":  # there is nothing to prepare before the measurement
-                return
-        self._solver.prepare(self._guess, geometry)
+        self._prediction = self._solver.prepare_next()
 
-    def _apply_weights(self) -> None:
-        """Change the weights if that was asked for; what was prepared has to be prepared again with them."""
-        if self._requested_weights is None:
-            return
-        self._solver.set_weights(self._requested_weights)
-        self._requested_weights = None
-        if self._guess is not None and self._prediction is not None:
-            self._solver.prepare(self._guess, self._prediction.geometry)
+    def _check_wait(self, now_ns: int, waiting: Waiting) -> None:
+        """Raise FlightError if the flight has waited too long for its start."""
+        if self._waiting_since_ns is None:
+            self._waiting_since_ns = now_ns
+        waited_ns, bound = now_ns - self._waiting_since_ns, self._config.start_wait_max
+        if waited_ns >= seconds_to_ns(bound):
+            raise FlightError(
+                f"the flight cannot start: after {bound:g} s (controller.start_wait_max_s) there is still no "
+                f"{waiting.reason}"
+            )
 
     def _decision(
         self,
         measurements: TeamMeasurements,
-        feedback: Feedback,
+        estimate: TeamEstimate,
         asked: MissionReference,
+        plan: Plan,
         report: SolverReport,
     ) -> Decision:
-        assert self._plan is not None
-        speeds = np.sqrt(self._plan.thrusts / self._thrust_coefficient)
+        speeds = np.sqrt(plan.thrusts / self._thrust_coefficient)
         leader, formation = asked.leader, asked.p_B1B2_C1__target
         names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
+        geometry = estimate.geometry
         return Decision(
             step=measurements.step,
             stamp_ns=measurements.arrival_ns,
@@ -167,16 +166,16 @@ class FormationController:
                         observer=observer,
                         target=target,
                         # {mi} and {mc} coincide at the start of the horizon.
-                        p_B1B2_C1__est=feedback.geometry.p_I1I2_I1[pair],
+                        p_B1B2_C1__est=geometry.p_I1I2_I1[pair],
                         p_B1B2_C1__ref=formation[pair],
-                        yaw_I1I2=feedback.yaw_estimates[pair].yaw,
-                        yaw_variance=feedback.yaw_estimates[pair].variance,
-                        yaw_held=feedback.yaw_held[pair],
+                        yaw_I1I2=float(geometry.yaw_I1I2[pair]),
+                        yaw_variance=float(estimate.yaw_variances[pair]),
+                        yaw_held=estimate.yaw_held[pair],
                     )
                     for pair, (observer, target) in enumerate(names)
                 ),
-                leader_position_error=float(np.linalg.norm(feedback.geometry.p_NI_N - leader.p_NB_N[0])),
-                leader_yaw_error=wrap_angle(feedback.geometry.yaw_NI - float(leader.yaw_NB[0])),
+                leader_position_error=float(np.linalg.norm(geometry.p_NI_N - leader.p_NB_N[0])),
+                leader_yaw_error=wrap_angle(geometry.yaw_NI - float(leader.yaw_NB[0])),
             ),
             reference=TeamReference(
                 phase=asked.phase,
@@ -186,3 +185,10 @@ class FormationController:
                 formation=dict(zip(names, formation, strict=True)),
             ),
         )
+
+
+def _unwrapped(estimate: TeamEstimate, yaw_reference: float) -> TeamEstimate:
+    """The same estimate with the leader's yaw within half a turn of its reference."""
+    geometry = estimate.geometry
+    yaw_NI = yaw_reference + wrap_angle(geometry.yaw_NI - yaw_reference)
+    return dataclasses.replace(estimate, geometry=dataclasses.replace(geometry, yaw_NI=yaw_NI))

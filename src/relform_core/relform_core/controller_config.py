@@ -42,6 +42,11 @@ each pair once, from the vehicle that comes first in team order. The last two ar
 cost."""
 
 
+EstimatorName = Literal["raw"]
+"""Where the start of the horizon comes from. Raw feedback takes each state from one sensor, as in the
+paper."""
+
+
 class SolverConfig(Schema):
     """Limits of the modified real-time iteration (Algorithm MRTI)."""
 
@@ -66,3 +71,7 @@ class ControllerConfig(Schema):
     gyros."""
     formation_ramp: Annotated[NonNegative, Field(alias="formation_ramp_s")]
     """Time over which a new formation reference is blended in [s]; 0: a step, as in the paper."""
+    estimator: EstimatorName = "raw"
+    start_wait_max: Annotated[NonNegative, Field(alias="start_wait_max_s")] = 5.0
+    """How long the vehicles hover at the start of a flight while the controller waits for the measurements of
+    its first estimate [s]; then the flight ends."""

@@ -80,7 +80,7 @@ class SolverReport:
 
     state: SolverState
     fallback_reason: str
-    """Empty unless the state is FALLBACK."""
+    """Why an SQP step failed; empty: none did."""
     objective: float
     kkt_first: float
     kkt: float
@@ -91,6 +91,11 @@ class SolverReport:
     """Of the preparation that preceded this control step [s]."""
     feedback_time: float
     """From the measurements to the plan, further SQP steps included [s]."""
+
+    @property
+    def sqp_steps_begun(self) -> int:
+        """SQP steps taken, and the one that failed: what a replay must impose to end in the same way."""
+        return self.sqp_steps + bool(self.fallback_reason)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +118,9 @@ class StepDecided:
     inputs: tuple[tuple[str, int], ...]
     """Topic and stamp [ns] of each message that the step used."""
     sqp_steps: int
+    """SQP steps begun, one that failed included."""
+    waiting_for: str = ""
+    """What was missing for the first commands of the flight; empty: the step has commands."""
 
 
 @dataclass(frozen=True)

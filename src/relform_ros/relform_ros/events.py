@@ -28,8 +28,9 @@ def event_to_msg(event: PerStep[Event], team: TeamConfig) -> FormationEventMsg:
     """An event of a flight."""
     msg = FormationEventMsg(header=header_to_msg(event.stamp_ns), step=event.step, source=event.value.source)
     match event.value.content:
-        case StepDecided(inputs, sqp_steps):
+        case StepDecided(inputs, sqp_steps, waiting_for):
             msg.kind = EventKind.STEP.value
+            msg.description = waiting_for
             msg.input_topics = [topic for topic, _ in inputs]
             msg.input_stamps = [stamp_to_msg(stamp_ns) for _, stamp_ns in inputs]
             msg.sqp_steps = sqp_steps
@@ -60,7 +61,8 @@ def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
         case EventKind.STEP:
             _check_lengths(msg, "input_topics", "input_stamps")
             stamps_ns = map(stamp_from_msg, msg.input_stamps)
-            content = StepDecided(tuple(zip(msg.input_topics, stamps_ns, strict=True)), msg.sqp_steps)
+            inputs = tuple(zip(msg.input_topics, stamps_ns, strict=True))
+            content = StepDecided(inputs, msg.sqp_steps, msg.description)
         case EventKind.SET_FORMATION:
             content = FormationSet(formation_from_msgs(msg.formation, team))
         case EventKind.SET_PARAMETERS:

@@ -1,4 +1,4 @@
-"""What a vehicle does when it has no plan left: level out and sink slowly, on its own sensors alone."""
+"""What a vehicle flies without a plan, on its own sensors alone: first a hover, later a descent."""
 
 import math
 
@@ -10,8 +10,10 @@ from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import VehicleConfig
 
-DESCENT_GAIN = 3.0
+CLIMB_GAIN = 3.0
 """Vertical acceleration per error of the vertical speed [1/s]."""
+BRAKING_GAIN = 1.0
+"""Horizontal acceleration against the horizontal speed in a hover [1/s]."""
 ATTITUDE_BANDWIDTH = 6.0
 """Natural frequency of the levelled attitude, critically damped [rad/s]."""
 BANDWIDTH_TIMES_PERIOD = 0.3
@@ -21,9 +23,9 @@ TILT_COSINE_MIN = 0.5
 
 
 class Failsafe:
-    """PD control of the tilt, damping of all rates, and a slow descent, with the speed of the optic flow.
+    """PD control of the tilt, damping of all rates, and a vertical speed, with the speed of the optic flow.
 
-    The yaw of the IMU is not used: it means nothing on a follower. The horizontal velocity is left as it is.
+    The yaw of the IMU is not used: on a follower it has an unknown offset.
     """
 
     def __init__(self, config: VehicleConfig, period: float) -> None:
@@ -34,20 +36,33 @@ class Failsafe:
         self._inertia = np.array(config.inertia)
         self._bandwidth = min(ATTITUDE_BANDWIDTH, BANDWIDTH_TIMES_PERIOD / period)
 
-    def rotor_speeds(self, imu: Imu, optic_flow: OpticFlow) -> Array:
-        """Rotor speeds front, left, back, right, possibly beyond the limits [rad/s], shape (4,)."""
-        up_B = _up(imu.q_NB)
-        tilt_cosine = float(up_B[2])
-        # Rotation that carries body z to the vertical: its axis is e_z x up, its angle the tilt.
-        axis_times_sine = np.array([-up_B[1], up_B[0], 0.0])
-        tilt_sine = math.hypot(up_B[0], up_B[1])
-        tilt = math.atan2(tilt_sine, tilt_cosine)
-        tilt_error = axis_times_sine * (tilt / tilt_sine if tilt_sine > 0.0 else 1.0)
-        torque = self._inertia * (self._bandwidth**2 * tilt_error - 2.0 * self._bandwidth * imu.w_NB_B)
+    def sink(self, imu: Imu, optic_flow: OpticFlow) -> Array:
+        """Level out and sink slowly; the horizontal velocity is left as it is.
 
-        climb_speed = float(up_B @ optic_flow.v_NB_B)
-        acceleration = DESCENT_GAIN * (-self.descent_speed - climb_speed)
-        thrust = self._vehicle.mass * (GRAVITY + acceleration) / max(tilt_cosine, TILT_COSINE_MIN)
+        Returns:
+            Rotor speeds front, left, back, right, possibly beyond the limits [rad/s], shape (4,).
+        """
+        return self._fly(imu, optic_flow, _up(imu.q_NB), -self.descent_speed)
+
+    def hover(self, imu: Imu, optic_flow: OpticFlow) -> Array:
+        """Brake to zero velocity. Returns rotor speeds as ``sink`` does."""
+        up_B = _up(imu.q_NB)
+        horizontal_B = optic_flow.v_NB_B - up_B * (up_B @ optic_flow.v_NB_B)
+        force_B = GRAVITY * up_B - BRAKING_GAIN * horizontal_B  # per mass
+        return self._fly(imu, optic_flow, force_B / np.linalg.norm(force_B), climb_speed=0.0)
+
+    def _fly(self, imu: Imu, optic_flow: OpticFlow, thrust_B: Array, climb_speed: float) -> Array:
+        """Turn body z towards a direction, shape (3,), and settle at a vertical speed [m/s]."""
+        # Rotation that carries body z to the direction: its axis is e_z x thrust, its angle the error.
+        axis_times_sine = np.array([-thrust_B[1], thrust_B[0], 0.0])
+        sine = math.hypot(thrust_B[0], thrust_B[1])
+        angle = math.atan2(sine, float(thrust_B[2]))
+        error = axis_times_sine * (angle / sine if sine > 0.0 else 1.0)
+        torque = self._inertia * (self._bandwidth**2 * error - 2.0 * self._bandwidth * imu.w_NB_B)
+
+        up_B = _up(imu.q_NB)
+        acceleration = CLIMB_GAIN * (climb_speed - float(up_B @ optic_flow.v_NB_B))
+        thrust = self._vehicle.mass * (GRAVITY + acceleration) / max(float(up_B[2]), TILT_COSINE_MIN)
         return self._mix(thrust, torque)
 
     def _mix(self, thrust: float, torque: Array) -> Array:

@@ -26,10 +26,14 @@ class OnboardCounts:
     """Intervals flown on the predicted sequence of an earlier command."""
     failsafe: int = 0
     """Intervals flown by the failsafe, because no plan was left."""
+    hovered: int = 0
+    """Intervals before the first good command."""
 
 
 class Onboard:
     """Flies the newest good command; without one, its predicted sequence for a while; then the failsafe.
+
+    Before its first good command the vehicle hovers, because the controller may still wait for measurements.
 
     Commands are placed in time by their stamps, so that one that comes several steps late falls into step.
     """
@@ -66,10 +70,14 @@ class Onboard:
                 self._last = command
             else:
                 self.counts.rejected += 1
-        speeds = self._planned(stamp_ns)
-        if speeds is None:
+        if self._last is None:
+            self.counts.hovered += 1
+            speeds = self._failsafe.hover(imu, optic_flow)
+        elif (planned := self._planned(stamp_ns, self._last)) is not None:
+            speeds = planned
+        else:
             self.counts.failsafe += 1
-            speeds = self._failsafe.rotor_speeds(imu, optic_flow)
+            speeds = self._failsafe.sink(imu, optic_flow)
         return np.clip(speeds, self._speed_min, self._speed_max)
 
     def _acceptable(self, command: RotorCommand, stamp_ns: int) -> bool:
@@ -84,16 +92,14 @@ class Onboard:
             and command.stamp_ns <= stamp_ns
         )
 
-    def _planned(self, stamp_ns: int) -> Array | None:
+    def _planned(self, stamp_ns: int, last: RotorCommand) -> Array | None:
         """What the last good command says about the interval that starts at ``stamp_ns``; None: nothing."""
-        if self._last is None:
-            return None
-        age_ns = stamp_ns - self._last.stamp_ns
-        intervals_later = age_ns // self._last.period_ns
+        age_ns = stamp_ns - last.stamp_ns
+        intervals_later = age_ns // last.period_ns
         if intervals_later == 0:
-            return self._last.speeds
-        if age_ns > self._plan_max_ns or intervals_later > len(self._last.predicted_speeds):
+            return last.speeds
+        if age_ns > self._plan_max_ns or intervals_later > len(last.predicted_speeds):
             return None
         self.counts.replayed += 1
-        predicted: Array = self._last.predicted_speeds[intervals_later - 1]
+        predicted: Array = last.predicted_speeds[intervals_later - 1]
         return predicted

@@ -1,4 +1,4 @@
-"""Algorithm MRTI: how many SQP steps are taken, and what is flown when one fails."""
+"""Algorithm MRTI: how many SQP steps are taken, what is flown when one fails, and how it recovers."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.dense.box_qp import QpError
 from relform_controller.solver.dense.rti import RealTimeIteration
 from relform_controller.solver.kernels import Kernels
-from relform_controller.solver.warm_start import hover_plan
+from relform_controller.solver.warm_start import hover_plan, shift, transform
 from relform_core.names import SolverState
 from relform_core.telemetry import SolverReport
 from support.problems import random_problem
@@ -21,7 +21,8 @@ from support.world import Array
 
 PROBLEM = random_problem(2, 3, "controller.horizon_steps=6")
 GEOMETRY = PROBLEM.poses.geometry()
-GUESS = hover_plan(PROBLEM.initial_states, PROBLEM.config.vehicle.hover_thrust, 6)
+HOVER_THRUST = PROBLEM.config.vehicle.hover_thrust
+HOVER = hover_plan(PROBLEM.initial_states, HOVER_THRUST, 6)
 
 
 def ticking(tick: float) -> Callable[[], float]:
@@ -34,6 +35,7 @@ def make_solver(
     *,
     start: tuple[float, int] = (1e-3, 50),
     flight: tuple[float, int] = (1e-6, 3),
+    warm_start: str = "transform",
     time_budget: float = math.inf,
     tick: float = 0.001,
 ) -> ModifiedRti:
@@ -44,35 +46,47 @@ def make_solver(
             "sqp_steps_start_max": start[1],
             "kkt_tolerance": flight[0],
             "sqp_steps_max": flight[1],
+            "warm_start": warm_start,
         }
     )
-    return ModifiedRti(PROBLEM.ocp, Kernels(PROBLEM.ocp), config, ticking(tick), time_budget)
+    kernels = Kernels(PROBLEM.ocp)
+    return ModifiedRti(PROBLEM.ocp, kernels, config, HOVER_THRUST, ticking(tick), time_budget)
 
 
-def solve(solver: ModifiedRti, states: Array = PROBLEM.initial_states) -> tuple[Plan, SolverReport]:
-    return solver.solve(GUESS, states, GEOMETRY, PROBLEM.reference, PROBLEM.applied_thrusts)
+def solve(
+    solver: ModifiedRti, states: Array = PROBLEM.initial_states, sqp_steps: int | None = None
+) -> tuple[Plan, SolverReport]:
+    return solver.solve(states, GEOMETRY, PROBLEM.reference, PROBLEM.applied_thrusts, sqp_steps)
 
 
 def started(solver: ModifiedRti) -> ModifiedRti:
     """The same after its first control step, prepared for the second."""
-    solver.prepare(GUESS, GEOMETRY)
     solve(solver)
-    solver.prepare(GUESS, GEOMETRY)
+    solver.prepare_next()
     return solver
 
 
-def steps_by_hand(count: int) -> Plan:
-    rti, plan = RealTimeIteration(PROBLEM.ocp, Kernels(PROBLEM.ocp)), GUESS
-    for _ in range(count):
-        rti.prepare(plan, GEOMETRY)
+def following(plan: Plan) -> tuple[Plan, TeamGeometry]:
+    """The warm start of the next control step, and the geometry predicted for it."""
+    return transform(shift(plan, Kernels(PROBLEM.ocp)), GEOMETRY, PROBLEM.ocp.pairs)
+
+
+def steps_by_hand(count: int, guess: Plan = HOVER, predicted: TeamGeometry = GEOMETRY) -> Plan:
+    """SQP steps for the measurements of ``solve``, the first one prepared in the predicted geometry."""
+    rti, plan = RealTimeIteration(PROBLEM.ocp, Kernels(PROBLEM.ocp)), guess
+    for step in range(count):
+        rti.prepare(plan, predicted if step == 0 else GEOMETRY)
         plan = rti.feedback(PROBLEM.initial_states, GEOMETRY, PROBLEM.reference, PROBLEM.applied_thrusts).plan
     return plan
 
 
+FIRST, _ = solve(make_solver())
+"""The plan of the first control step."""
+NEXT, NEXT_GEOMETRY = following(FIRST)
+
+
 def test_at_the_start_it_iterates_to_the_tolerance() -> None:
-    solver = make_solver(start=(1e-3, 50))
-    solver.prepare(GUESS, GEOMETRY)
-    plan, report = solve(solver)
+    plan, report = solve(make_solver(start=(1e-3, 50)))
     assert report.state is SolverState.SOLVED
     assert report.kkt < 1e-3 < report.kkt_first
     assert 3 < report.sqp_steps < 50
@@ -81,9 +95,7 @@ def test_at_the_start_it_iterates_to_the_tolerance() -> None:
 
 
 def test_at_the_start_the_number_of_steps_is_limited() -> None:
-    solver = make_solver(start=(1e-12, 4))
-    solver.prepare(GUESS, GEOMETRY)
-    _, report = solve(solver)
+    _, report = solve(make_solver(start=(1e-12, 4)))
     assert (report.state, report.sqp_steps) == (SolverState.STEP_LIMIT, 4)
 
 
@@ -91,7 +103,7 @@ def test_at_the_start_the_number_of_steps_is_limited() -> None:
 def test_in_flight_the_number_of_steps_is_limited(limit: int) -> None:
     plan, report = solve(started(make_solver(flight=(1e-12, limit))))
     assert (report.state, report.sqp_steps) == (SolverState.STEP_LIMIT, limit)
-    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(limit).thrusts)
+    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(limit, NEXT, NEXT_GEOMETRY).thrusts)
 
 
 def test_in_flight_it_stops_at_its_own_tolerance() -> None:
@@ -107,29 +119,23 @@ def test_the_time_budget_is_for_the_steps_after_the_first() -> None:
         solver = started(make_solver(flight=(1e-12, 5), time_budget=budget, tick=0.01))
         plan, report = solve(solver)
         assert (report.state, report.sqp_steps) == (SolverState.STEP_LIMIT, steps)
-        np.testing.assert_array_equal(plan.thrusts, steps_by_hand(steps).thrusts)
+        np.testing.assert_array_equal(plan.thrusts, steps_by_hand(steps, NEXT, NEXT_GEOMETRY).thrusts)
 
 
 def test_the_time_budget_does_not_hold_at_the_start() -> None:
-    solver = make_solver(start=(1e-3, 50), time_budget=0.0)
-    solver.prepare(GUESS, GEOMETRY)
-    assert solve(solver)[1].state is SolverState.SOLVED
+    assert solve(make_solver(start=(1e-3, 50), time_budget=0.0))[1].state is SolverState.SOLVED
 
 
 @pytest.mark.parametrize("count", [1, 4])
 def test_a_replay_takes_as_many_steps_as_were_recorded_whatever_the_limits(count: int) -> None:
     solver = started(make_solver(flight=(1e12, 2), time_budget=0.0))
-    plan, report = solver.solve(
-        GUESS, PROBLEM.initial_states, GEOMETRY, PROBLEM.reference, PROBLEM.applied_thrusts, count
-    )
+    plan, report = solve(solver, sqp_steps=count)
     assert report.sqp_steps == count
-    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(count).thrusts)
+    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(count, NEXT, NEXT_GEOMETRY).thrusts)
 
 
 def test_times_are_reported() -> None:
-    solver = make_solver(start=(1e12, 50), tick=0.25)
-    solver.prepare(GUESS, GEOMETRY)
-    _, report = solve(solver)
+    _, report = solve(make_solver(start=(1e12, 50), tick=0.25))
     assert report.prepare_time == pytest.approx(0.25)
     assert report.feedback_time > 0.0
 
@@ -141,69 +147,138 @@ def test_iterations_of_all_quadratic_programs_are_counted() -> None:
     assert three.qp_iterations >= one.qp_iterations + 2
 
 
+def test_a_next_step_needs_a_plan() -> None:
+    with pytest.raises(RuntimeError, match="needs a solve"):
+        make_solver().prepare_next()
+
+
+def test_the_prediction_is_where_the_shifted_plan_starts() -> None:
+    solver = make_solver()
+    plan, _ = solve(solver)
+    predicted = solver.prepare_next()
+    expected, geometry = following(plan)
+    np.testing.assert_array_equal(predicted.states, expected.states[:, 0])
+    np.testing.assert_array_equal(predicted.geometry.p_I1I2_I1, geometry.p_I1I2_I1)
+
+
 def not_finite(part: slice) -> Array:
     states = PROBLEM.initial_states.copy()
     states[0, part] = np.nan
     return states
 
 
-def test_what_cannot_be_solved_flies_the_guess_and_says_why() -> None:
-    solver = started(make_solver())
+@pytest.mark.parametrize("warm_start", ["transform", "shift", "hold", "cold"])
+def test_what_cannot_be_solved_flies_the_plan_of_the_step_before_and_says_why(warm_start: str) -> None:
+    solver = started(make_solver(warm_start=warm_start))
     plan, report = solve(solver, not_finite(layout.VELOCITY))
-    assert plan is GUESS
-    assert (report.state, report.sqp_steps) == (SolverState.FALLBACK, 0)
-    assert report.fallback_reason == "the gradient is not finite"
+    np.testing.assert_array_equal(plan.thrusts, NEXT.thrusts)
+    np.testing.assert_array_equal(plan.states, NEXT.states)
+    assert (report.state, report.sqp_steps, report.sqp_steps_begun) == (SolverState.FALLBACK, 0, 1)
+    assert report.fallback_reason
     assert math.isnan(report.kkt)
     assert math.isnan(report.objective)
     assert report.active_bounds == 0
 
 
-def test_it_recovers_with_the_next_step() -> None:
-    solver = started(make_solver())
-    expected, _ = solve(solver)
-    solver.prepare(GUESS, GEOMETRY)
+def test_after_a_failure_it_starts_afresh_at_the_measured_state() -> None:
+    """Like the first step of a flight: from a hover, to the tolerance of the start."""
+    solver = started(make_solver(flight=(1e12, 1)))
     solve(solver, not_finite(layout.RATE))
-    solver.prepare(GUESS, GEOMETRY)
+    solver.prepare_next()
     plan, report = solve(solver)
-    assert report.state is not SolverState.FALLBACK
-    np.testing.assert_array_equal(plan.thrusts, expected.thrusts)
+    assert report.state is SolverState.SOLVED
+    assert report.sqp_steps > 1
+    np.testing.assert_array_equal(plan.thrusts, FIRST.thrusts)
+    solver.prepare_next()
+    assert solve(solver)[1].sqp_steps == 1  # a flight again
 
 
-def test_a_failed_preparation_is_told_in_the_step_that_it_was_for() -> None:
+def test_a_plan_that_cannot_be_prepared_does_not_stay_the_guess(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A guess on which the Hessian is not positive definite used to be shifted for the rest of the flight."""
     solver = started(make_solver())
-    broken = Plan(np.full_like(GUESS.states, np.nan), GUESS.thrusts)
-    solver.prepare(broken, GEOMETRY)
-    plan, report = solve(solver)
-    assert plan is GUESS
-    assert (report.state, report.fallback_reason) == (SolverState.FALLBACK, "the Hessian is not finite")
-    solver.prepare(GUESS, GEOMETRY)
-    assert solve(solver)[1].state is not SolverState.FALLBACK
-
-
-def test_a_failure_after_a_good_step_flies_what_that_step_found(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    solver = started(make_solver(flight=(1e-12, 3)))
+    wild = NEXT.states.copy()
+    wild[:, :, layout.PITCH] = 0.5 * math.pi  # the Euler angles are singular there
     prepare = RealTimeIteration.prepare
 
-    def fail(rti: RealTimeIteration, guess: Plan, geometry: TeamGeometry) -> None:
-        raise QpError("the Hessian is not positive definite")
+    def prepare_wildly(rti: RealTimeIteration, guess: Plan, geometry: TeamGeometry) -> None:
+        prepare(rti, Plan(wild, guess.thrusts), geometry)
 
-    expected = steps_by_hand(1)
-    monkeypatch.setattr(RealTimeIteration, "prepare", fail)  # the first step is prepared already
+    solve(solver)
+    monkeypatch.setattr(RealTimeIteration, "prepare", prepare_wildly)
+    solver.prepare_next()
+    monkeypatch.undo()
+    states = []
+    for _ in range(4):
+        states.append(solve(solver)[1].state)
+        solver.prepare_next()
+    assert states[0] is SolverState.FALLBACK
+    assert SolverState.FALLBACK not in states[1:]
+
+
+def test_failures_one_after_the_other_fly_the_plan_to_its_end() -> None:
+    solver = started(make_solver())
+    expected = FIRST
+    for _ in range(8):  # more than the horizon
+        expected, _ = following(expected)
+        plan, report = solve(solver, not_finite(layout.VELOCITY))
+        assert report.state is SolverState.FALLBACK
+        np.testing.assert_array_equal(plan.thrusts, expected.thrusts)
+        solver.prepare_next()
+    assert solve(solver)[1].state is SolverState.SOLVED
+
+
+class FailsFrom:
+    """Lets the preparations of a solver fail from the n-th on."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+        self._prepare = RealTimeIteration.prepare
+        self._left = number
+        monkeypatch.setattr(RealTimeIteration, "prepare", lambda *arguments: self(*arguments))
+
+    def __call__(self, rti: RealTimeIteration, guess: Plan, geometry: TeamGeometry) -> None:
+        self._left -= 1
+        if self._left <= 0:
+            raise QpError("the Hessian is not positive definite")
+        self._prepare(rti, guess, geometry)
+
+
+def test_a_failure_after_a_good_step_flies_what_that_step_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    solver = started(make_solver(flight=(1e-12, 3)))
+    expected = steps_by_hand(1, NEXT, NEXT_GEOMETRY)
+    FailsFrom(monkeypatch, 1)  # the first step is prepared already
     plan, report = solve(solver)
     np.testing.assert_array_equal(plan.thrusts, expected.thrusts)
-    assert (report.state, report.sqp_steps) == (SolverState.FALLBACK, 1)
+    assert (report.state, report.sqp_steps, report.sqp_steps_begun) == (SolverState.FALLBACK, 1, 2)
     assert report.fallback_reason == "the Hessian is not positive definite"
     assert math.isfinite(report.kkt)
-    monkeypatch.setattr(RealTimeIteration, "prepare", prepare)
-    solver.prepare(GUESS, GEOMETRY)
-    assert solve(solver)[1].state is SolverState.STEP_LIMIT
+
+
+def test_a_replay_of_a_failure_fails_in_the_same_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So the next control step starts afresh in the replay too."""
+    solver = started(make_solver(flight=(1e-12, 3)))
+    FailsFrom(monkeypatch, 1)
+    assert solve(solver, sqp_steps=2)[1].state is SolverState.FALLBACK
+
+
+def test_steps_that_diverge_from_a_fresh_guess_leave_the_first_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The step from the hover is sound, so the next control step starts from its plan."""
+    solver = started(make_solver(flight=(1e12, 1)))
+    solve(solver, not_finite(layout.RATE))
+    solver.prepare_next()
+    FailsFrom(monkeypatch, 3)
+    plan, report = solve(solver)
+    monkeypatch.undo()
+    assert (report.state, report.sqp_steps, report.sqp_steps_begun) == (SolverState.STEP_LIMIT, 2, 3)
+    assert report.fallback_reason == "the Hessian is not positive definite"
+    assert report.kkt == report.kkt_first
+    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(1).thrusts)
+    solver.prepare_next()
+    expected = steps_by_hand(1, *following(plan))
+    np.testing.assert_array_equal(solve(solver)[0].thrusts, expected.thrusts)
 
 
 def test_a_start_that_failed_is_a_start_again() -> None:
     solver = make_solver(start=(1e-3, 50), flight=(1e-12, 1))
-    solver.prepare(GUESS, GEOMETRY)
     assert solve(solver, not_finite(layout.VELOCITY))[1].state is SolverState.FALLBACK
-    solver.prepare(GUESS, GEOMETRY)
+    solver.prepare_next()
     assert solve(solver)[1].sqp_steps > 1

@@ -3,13 +3,19 @@
 import copy
 import dataclasses
 import itertools
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
+from relform_controller.estimation.raw import RawEstimator
+from relform_controller.estimation.registry import make_estimator
 from relform_controller.formation_controller import FormationController
+from relform_controller.ocp.problem import Prediction
+from relform_controller.reference.mission import MissionReference, ScenarioMission
 from relform_controller.solver.algorithm import ModifiedRti
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
@@ -18,14 +24,34 @@ from relform_core.names import SolverState
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
+from relform_core.telemetry import Decision
 from support.flights import AGILE, all_speeds, record, replaced, replay
 from support.scenarios import NOISE_FREE, paper_scenario
 
 SCENARIO = paper_scenario(AGILE, seed=4)
 CONFIG = SCENARIO.config
 N_STEPS = 36
-MEASURED, DECIDED = record(SCENARIO, N_STEPS)
 NAMES = CONFIG.team.vehicles
+EXACT = paper_scenario(AGILE, *NOISE_FREE, "controller.solver.sqp_steps_max=30", seed=4)
+
+
+@dataclasses.dataclass(frozen=True)
+class Flight:
+    """A flight of the simulated team, by control step."""
+
+    measured: list[TeamMeasurements]
+    decided: list[Decision]
+
+
+@pytest.fixture(scope="module")
+def flight() -> Flight:
+    return Flight(*record(SCENARIO, N_STEPS))
+
+
+@pytest.fixture(scope="module")
+def exact() -> Flight:
+    """Without noise."""
+    return Flight(*record(EXACT, N_STEPS))
 
 
 def with_yaw_offsets(measurements: TeamMeasurements, offsets: dict[str, float]) -> TeamMeasurements:
@@ -41,16 +67,16 @@ def with_yaw_offsets(measurements: TeamMeasurements, offsets: dict[str, float]) 
 @pytest.mark.parametrize(
     "offsets", [{"follower_1": 1.3}, {"follower_2": -2.9}, {"follower_1": np.pi, "follower_2": 0.4}]
 )
-def test_the_yaw_of_a_followers_imu_changes_no_command(offsets: dict[str, float]) -> None:
-    turned = [with_yaw_offsets(measurements, offsets) for measurements in MEASURED]
+def test_the_yaw_of_a_followers_imu_changes_no_command(flight: Flight, offsets: dict[str, float]) -> None:
+    turned = [with_yaw_offsets(measurements, offsets) for measurements in flight.measured]
     speeds = all_speeds(replay(FormationController(CONFIG), turned))
-    assert np.abs(speeds - all_speeds(DECIDED)).max() < 1e-9
+    assert np.abs(speeds - all_speeds(flight.decided)).max() < 1e-9
 
 
-def test_the_same_measurements_give_the_same_decisions_bit_for_bit() -> None:
-    again = replay(FormationController(CONFIG), MEASURED)
-    np.testing.assert_array_equal(all_speeds(again), all_speeds(DECIDED))
-    for found, expected in zip(again, DECIDED, strict=True):
+def test_the_same_measurements_give_the_same_decisions_bit_for_bit(flight: Flight) -> None:
+    again = replay(FormationController(CONFIG), flight.measured)
+    np.testing.assert_array_equal(all_speeds(again), all_speeds(flight.decided))
+    for found, expected in zip(again, flight.decided, strict=True):
         for name in NAMES:
             predicted = found.commands[name].predicted_speeds
             np.testing.assert_array_equal(predicted, expected.commands[name].predicted_speeds)
@@ -58,18 +84,18 @@ def test_the_same_measurements_give_the_same_decisions_bit_for_bit() -> None:
         assert found.solver.kkt == expected.solver.kkt
 
 
-def test_feedback_then_prepare_next_is_a_step() -> None:
+def test_feedback_then_prepare_next_is_a_step(flight: Flight) -> None:
     controller = FormationController(CONFIG)
-    for measurements, expected in zip(MEASURED[:10], DECIDED, strict=False):
+    for measurements, expected in zip(flight.measured[:10], flight.decided, strict=False):
         found = controller.feedback(measurements)
         controller.prepare_next()
         np.testing.assert_array_equal(all_speeds([found]), all_speeds([expected]))
 
 
-def test_measurements_are_not_touched() -> None:
-    before = copy.deepcopy(MEASURED[:5])
-    replay(FormationController(CONFIG), MEASURED[:5])
-    for measurements, original in zip(MEASURED, before, strict=False):
+def test_measurements_are_not_touched(flight: Flight) -> None:
+    before = copy.deepcopy(flight.measured[:5])
+    replay(FormationController(CONFIG), flight.measured[:5])
+    for measurements, original in zip(flight.measured, before, strict=False):
         for name in NAMES:
             now, then = measurements.by_vehicle[name], original.by_vehicle[name]
             assert now.newest(IMU) is not None
@@ -83,12 +109,12 @@ def test_measurements_are_not_touched() -> None:
         np.testing.assert_array_equal(leader.p_NB_N, original_leader.p_NB_N)
 
 
-def test_decisions_of_the_past_stay_as_they_were() -> None:
+def test_decisions_of_the_past_stay_as_they_were(flight: Flight) -> None:
     """Nothing in a decision is overwritten by the next step."""
     controller = FormationController(CONFIG)
-    first = controller.step(MEASURED[0])
+    first = controller.step(flight.measured[0])
     kept = copy.deepcopy(first)
-    replay(controller, MEASURED[1:4])
+    replay(controller, flight.measured[1:4])
     for name in NAMES:
         np.testing.assert_array_equal(first.commands[name].speeds, kept.commands[name].speeds)
         np.testing.assert_array_equal(
@@ -98,23 +124,25 @@ def test_decisions_of_the_past_stay_as_they_were() -> None:
         np.testing.assert_array_equal(pair.p_B1B2_C1__est, kept_pair.p_B1B2_C1__est)
 
 
-def test_the_change_of_thrust_is_counted_from_what_was_commanded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_change_of_thrust_is_counted_from_what_was_commanded(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
     applied: list[np.ndarray] = []
     solve = ModifiedRti.solve
 
     def listen(solver: ModifiedRti, *arguments: Any) -> Any:
-        applied.append(arguments[4])
+        applied.append(arguments[3])
         return solve(solver, *arguments)
 
     monkeypatch.setattr(ModifiedRti, "solve", listen)
-    decisions = replay(FormationController(CONFIG), MEASURED[:6])
+    decisions = replay(FormationController(CONFIG), flight.measured[:6])
     np.testing.assert_array_equal(applied[0], np.full((3, 4), CONFIG.vehicle.hover_thrust))
     thrusts = CONFIG.vehicle.thrust_coefficient * all_speeds(decisions) ** 2
     np.testing.assert_allclose(applied[1:], thrusts[:-1])
 
 
-def test_commands_are_complete_and_within_the_limits() -> None:
-    for step, decision in enumerate(DECIDED):
+def test_commands_are_complete_and_within_the_limits(flight: Flight) -> None:
+    for step, decision in enumerate(flight.decided):
         assert decision.step == step
         assert decision.stamp_ns == step * 50_000_000
         assert tuple(decision.commands) == NAMES
@@ -126,8 +154,8 @@ def test_commands_are_complete_and_within_the_limits() -> None:
             assert speeds.max() <= CONFIG.vehicle.rotor_speed_max * (1 + 1e-12)
 
 
-def test_what_was_asked_and_seen_is_told() -> None:
-    for step, decision in enumerate(DECIDED):
+def test_what_was_asked_and_seen_is_told(flight: Flight) -> None:
+    for step, decision in enumerate(flight.decided):
         phase, width = ("P", 0.5) if step < 20 else ("Q", 0.75)
         assert decision.reference.phase == phase
         np.testing.assert_allclose(decision.reference.formation["leader", "follower_1"], [-1.0, -width, -0.5])
@@ -141,7 +169,7 @@ def test_what_was_asked_and_seen_is_told() -> None:
             # A team in formation: 0.025 m of noise, and what the turn and the change of the formation need.
             assert np.linalg.norm(pair.p_B1B2_C1__est - pair.p_B1B2_C1__ref) < 0.6
             assert not pair.yaw_held
-        localization = MEASURED[step].by_vehicle["leader"].newest(LOCALIZATION)
+        localization = flight.measured[step].by_vehicle["leader"].newest(LOCALIZATION)
         assert localization is not None
         expected = np.linalg.norm(localization.p_NB_N - decision.reference.p_NB_N)
         assert decision.state.leader_position_error == pytest.approx(expected)
@@ -149,14 +177,13 @@ def test_what_was_asked_and_seen_is_told() -> None:
         assert decision.state.leader_yaw_error == pytest.approx(yaw - decision.reference.yaw_NB, abs=1e-9)
 
 
-def test_the_start_is_solved_to_its_tolerance_and_then_the_steps_are_few() -> None:
-    assert DECIDED[0].solver.state is SolverState.SOLVED
-    assert DECIDED[0].solver.kkt < CONFIG.controller.solver.kkt_tolerance_start
-    assert DECIDED[0].solver.sqp_steps > 3
-    assert (
-        max(decision.solver.sqp_steps for decision in DECIDED[1:]) == CONFIG.controller.solver.sqp_steps_max
-    )
-    assert all(decision.solver.state is not SolverState.FALLBACK for decision in DECIDED)
+def test_the_start_is_solved_to_its_tolerance_and_then_the_steps_are_few(flight: Flight) -> None:
+    assert flight.decided[0].solver.state is SolverState.SOLVED
+    assert flight.decided[0].solver.kkt < CONFIG.controller.solver.kkt_tolerance_start
+    assert flight.decided[0].solver.sqp_steps > 3
+    most = max(decision.solver.sqp_steps for decision in flight.decided[1:])
+    assert most == CONFIG.controller.solver.sqp_steps_max
+    assert all(decision.solver.state is not SolverState.FALLBACK for decision in flight.decided)
 
 
 def blind(measurements: TeamMeasurements, name: str) -> TeamMeasurements:
@@ -166,24 +193,22 @@ def blind(measurements: TeamMeasurements, name: str) -> TeamMeasurements:
     return replaced(measurements, name, optic_flow=dataclasses.replace(flow, v_NB_B=np.full(3, np.nan)))
 
 
-def test_what_cannot_be_solved_flies_the_plan_and_then_recovers() -> None:
+def test_what_cannot_be_solved_flies_the_plan_and_then_recovers(flight: Flight) -> None:
     controller = FormationController(CONFIG)
-    replay(controller, MEASURED[:20])
-    decisions = [controller.step(blind(measurements, "follower_2")) for measurements in MEASURED[20:23]]
-    before = DECIDED[19]
+    replay(controller, flight.measured[:20])
+    decisions = [
+        controller.step(blind(measurements, "follower_2")) for measurements in flight.measured[20:23]
+    ]
+    before = flight.decided[19]
     for ahead, decision in enumerate(decisions):
         assert decision.solver.state is SolverState.FALLBACK
         assert decision.solver.fallback_reason
         for name in NAMES:
             planned = before.commands[name].predicted_speeds[ahead]
             np.testing.assert_allclose(decision.commands[name].speeds, planned, rtol=1e-12)
-    after = controller.step(MEASURED[23])
+    after = controller.step(flight.measured[23])
     assert after.solver.state is not SolverState.FALLBACK
     assert np.isfinite(all_speeds([after])).all()
-
-
-EXACT = paper_scenario(AGILE, *NOISE_FREE, "controller.solver.sqp_steps_max=30", seed=4)
-EXACT_MEASURED, EXACT_DECIDED = record(EXACT, N_STEPS)
 
 
 @pytest.mark.parametrize("step", [10, 24], ids=["line", "turn"])
@@ -197,14 +222,16 @@ EXACT_MEASURED, EXACT_DECIDED = record(EXACT, N_STEPS)
     ],
     ids=["follower", "localization", "some", "all"],
 )
-def test_what_is_lost_in_one_step_is_predicted(lost: dict[str, tuple[str, ...]], step: int) -> None:
+def test_what_is_lost_in_one_step_is_predicted(
+    exact: Flight, lost: dict[str, tuple[str, ...]], step: int
+) -> None:
     """Without noise the prediction is as good as a measurement, in the middle of an agile flight too."""
     controller = FormationController(EXACT.config)
-    replay(controller, EXACT_MEASURED[:step])
-    measurements = EXACT_MEASURED[step]
+    replay(controller, exact.measured[:step])
+    measurements = exact.measured[step]
     for name, sensors in lost.items():
         measurements = replaced(measurements, name, **dict.fromkeys(sensors))
-    found, expected = controller.step(measurements), EXACT_DECIDED[step]
+    found, expected = controller.step(measurements), exact.decided[step]
     for pair, usual in zip(found.state.pairs, expected.state.pairs, strict=True):
         np.testing.assert_allclose(pair.p_B1B2_C1__est, usual.p_B1B2_C1__est, atol=1e-3)
         assert abs(pair.yaw_I1I2 - usual.yaw_I1I2) < 5e-3
@@ -216,24 +243,128 @@ def test_what_is_lost_in_one_step_is_predicted(lost: dict[str, tuple[str, ...]],
 
 
 @pytest.mark.parametrize("sensor", ["imu", "optic_flow", "range_bearing"])
-def test_an_incomplete_start(sensor: str) -> None:
-    with pytest.raises(FlightError, match="start"):
-        FormationController(CONFIG).feedback(replaced(MEASURED[0], "follower_2", **{sensor: None}))
+def test_a_start_without_some_measurement_waits_and_then_flies_the_mission_from_its_beginning(
+    flight: Flight, sensor: str
+) -> None:
+    controller = FormationController(CONFIG)
+    for measurements in flight.measured[:3]:
+        waiting = controller.step(replaced(measurements, "follower_2", **{sensor: None}))
+        assert isinstance(waiting, Waiting)
+        assert "follower_2" in waiting.reason
+    decision = controller.step(flight.measured[3])
+    assert (decision.step, decision.stamp_ns) == (3, 150_000_000)
+    for name in ("p_NB_N", "v_NB_N", "yaw_NB"):
+        np.testing.assert_array_equal(
+            getattr(decision.reference, name), getattr(flight.decided[0].reference, name)
+        )
+    later = replay(controller, flight.measured[4:28])
+    phases = [each.reference.phase for each in later]
+    assert phases.index("Q") + 4 == 20 + 3  # the second phase starts three steps late
 
 
-def test_prepare_next_needs_a_feedback() -> None:
-    with pytest.raises(RuntimeError, match="needs a feedback"):
+@pytest.mark.parametrize(("bound_s", "steps"), [(0.0, 0), (0.2, 4), (5.0, 100)])
+def test_the_wait_for_the_start_is_bounded(flight: Flight, bound_s: float, steps: int) -> None:
+    scenario = paper_scenario(AGILE, f"controller.start_wait_max_s={bound_s}", seed=4)
+    controller = FormationController(scenario.config)
+    blind = replaced(flight.measured[0], "follower_2", optic_flow=None)
+    for step in range(steps):
+        at_step = dataclasses.replace(blind, step=step, arrival_ns=step * 50_000_000)
+        assert isinstance(controller.step(at_step), Waiting)
+    message = (
+        f"the flight cannot start: after {bound_s:g} s (controller.start_wait_max_s) there is still no optic "
+        "flow of follower_2"
+    )
+    with pytest.raises(FlightError, match=f"^{re.escape(message)}$"):
+        controller.step(dataclasses.replace(blind, step=steps, arrival_ns=steps * 50_000_000))
+
+
+def test_a_request_while_the_start_is_waited_for_is_flown_from_the_start(flight: Flight) -> None:
+    controller = FormationController(CONFIG)
+    assert isinstance(controller.step(replaced(flight.measured[0], "leader", imu=None)), Waiting)
+    controller.set_formation({"follower_1": (-1.5, -0.75, 0.25), "follower_2": (-1.25, 0.5, -0.5)})
+    assert isinstance(controller.step(replaced(flight.measured[1], "leader", imu=None)), Waiting)
+    decision = controller.step(flight.measured[2])
+    np.testing.assert_allclose(decision.reference.formation["leader", "follower_1"], [-1.5, -0.75, 0.25])
+
+
+class HoldEstimator:
+    """An estimator without a plan: what is lost stays as it was."""
+
+    def __init__(self) -> None:
+        self._raw = RawEstimator(NAMES, np.radians(20.0), 0.05)
+        self._before: Prediction | None = None
+        self.applied: list[np.ndarray] = []
+
+    def update(
+        self, measurements: TeamMeasurements, applied_thrusts: np.ndarray, predicted: Prediction | None
+    ) -> TeamEstimate | Waiting:
+        self.applied.append(applied_thrusts)
+        estimate = self._raw.update(measurements, applied_thrusts, self._before)
+        if isinstance(estimate, TeamEstimate):
+            self._before = Prediction(estimate.states, estimate.geometry)
+        return estimate
+
+
+def test_another_estimator_can_be_injected(flight: Flight) -> None:
+    estimator: Estimator = HoldEstimator()
+    controller = FormationController(CONFIG, estimator=estimator)
+    decisions = replay(controller, flight.measured[:6])
+    np.testing.assert_array_equal(all_speeds(decisions), all_speeds(flight.decided[:6]))
+    lossy = replaced(flight.measured[6], "leader", localization=None)
+    held, predicted = controller.step(lossy), FormationController(CONFIG)
+    replay(predicted, flight.measured[:6])
+    assert held.state.leader_position_error != predicted.step(lossy).state.leader_position_error
+    localization = flight.measured[5].by_vehicle["leader"].newest(LOCALIZATION)
+    assert localization is not None
+    assert held.state.leader_position_error == pytest.approx(
+        np.linalg.norm(localization.p_NB_N - held.reference.p_NB_N)
+    )
+    thrusts = CONFIG.vehicle.thrust_coefficient * all_speeds(decisions) ** 2
+    np.testing.assert_allclose(estimator.applied[0], CONFIG.vehicle.hover_thrust)
+    np.testing.assert_allclose(estimator.applied[1:], thrusts)
+
+
+def test_the_configuration_selects_the_estimator() -> None:
+    assert CONFIG.controller.estimator == "raw"
+    assert isinstance(make_estimator(CONFIG), RawEstimator)
+    with pytest.raises(ConfigError, match=r"controller\.estimator"):
+        paper_scenario("controller.estimator=guess")
+
+
+class TurnedMission(ScenarioMission):
+    """The scenario after some more whole turns of the leader."""
+
+    turns = 0
+
+    def reference(self, stamps_ns: np.ndarray) -> MissionReference:
+        asked = super().reference(stamps_ns)
+        leader = dataclasses.replace(asked.leader, yaw_NB=asked.leader.yaw_NB + self.turns * 2.0 * np.pi)
+        return dataclasses.replace(asked, leader=leader)
+
+
+@pytest.mark.parametrize("turns", [-2, 3])
+def test_whole_turns_of_the_leaders_reference_change_no_command(flight: Flight, turns: int) -> None:
+    """A measured yaw is in (-pi, pi], the reference is continuous."""
+    mission = TurnedMission(CONFIG)
+    mission.turns = turns
+    decisions = replay(FormationController(CONFIG, mission=mission), flight.measured[:12])
+    np.testing.assert_allclose(all_speeds(decisions), all_speeds(flight.decided[:12]), atol=1e-6)
+    assert max(abs(decision.state.leader_yaw_error) for decision in decisions) < 0.5
+
+
+def test_prepare_next_needs_a_decision() -> None:
+    with pytest.raises(RuntimeError, match="needs a solve"):
         FormationController(CONFIG).prepare_next()
 
 
-def test_another_formation_by_request() -> None:
+def test_another_formation_by_request(flight: Flight) -> None:
     controller = FormationController(CONFIG)
-    replay(controller, MEASURED[:3])
+    replay(controller, flight.measured[:3])
     controller.set_formation({"follower_1": (-1.5, -0.75, 0.25), "follower_2": (-1.25, 0.5, -0.5)})
-    decision = controller.step(MEASURED[3])
+    decision = controller.step(flight.measured[3])
     np.testing.assert_allclose(decision.reference.formation["leader", "follower_1"], [-1.5, -0.75, 0.25])
     np.testing.assert_allclose(decision.reference.formation["follower_2", "follower_1"], [-0.25, -1.25, 0.75])
-    assert np.abs(all_speeds([decision]) - all_speeds([DECIDED[3]])).max() > 1.0
+    assert np.abs(all_speeds([decision]) - all_speeds([flight.decided[3]])).max() > 1.0
     with pytest.raises(ConfigError, match="no position for 'follower_2'"):
         controller.set_formation({"follower_1": (-1.5, -0.75, 0.25)})
 
@@ -246,46 +377,46 @@ def other_weights(*overrides: str) -> WeightsConfig:
     return paper_scenario(*overrides).config.controller.weights
 
 
-def test_weights_set_before_the_start_are_as_good_as_configured_ones() -> None:
+def test_weights_set_before_the_start_are_as_good_as_configured_ones(flight: Flight) -> None:
     configured = FormationController(paper_scenario(AGILE, *WEIGHTS, *TORQUE, seed=4).config)
     changed = FormationController(CONFIG)
     changed.set_weights(other_weights(*WEIGHTS, *TORQUE))
-    speeds = [all_speeds(replay(each, MEASURED[:5])) for each in (configured, changed)]
+    speeds = [all_speeds(replay(each, flight.measured[:5])) for each in (configured, changed)]
     np.testing.assert_array_equal(*speeds)
 
 
 @pytest.mark.parametrize("warm_start", ["transform", "cold"])
-def test_weights_hold_from_the_next_step_on_whenever_they_come(warm_start: str) -> None:
+def test_weights_hold_from_the_next_step_on_whenever_they_come(flight: Flight, warm_start: str) -> None:
     config = paper_scenario(AGILE, f"controller.solver.warm_start={warm_start}", seed=4).config
-    before = replay(FormationController(config), MEASURED[:12])
+    before = replay(FormationController(config), flight.measured[:12])
     found = []
     for early in (True, False):
         controller = FormationController(config)
-        decisions = replay(controller, MEASURED[:6])
-        decisions.append(controller.feedback(MEASURED[6]))
+        decisions = replay(controller, flight.measured[:6])
+        decisions.append(controller.feedback(flight.measured[6]))
         if early:
             controller.set_weights(other_weights(*WEIGHTS))
         controller.prepare_next()
         if not early:
             controller.set_weights(other_weights(*TORQUE))
             controller.set_weights(other_weights(*WEIGHTS))  # the last one counts
-        found.append(all_speeds(decisions + replay(controller, MEASURED[7:12])))
+        found.append(all_speeds(decisions + replay(controller, flight.measured[7:12])))
     np.testing.assert_array_equal(found[0], found[1])
     np.testing.assert_array_equal(found[0][:7], all_speeds(before)[:7])
     assert np.abs(found[0][7] - all_speeds(before)[7]).max() > 1.0
 
 
-def test_times_are_those_of_the_given_clock() -> None:
+def test_times_are_those_of_the_given_clock(flight: Flight) -> None:
     readings = itertools.count()
     controller = FormationController(CONFIG, clock=lambda: 0.5 * next(readings))
-    _, decision = replay(controller, MEASURED[:2])
+    _, decision = replay(controller, flight.measured[:2])
     assert decision.solver.prepare_time == 0.5
     assert decision.solver.feedback_time == 0.5 * (
         1 + decision.solver.sqp_steps
     )  # read before and after each
 
 
-def test_all_warm_starts_find_the_same_solution_but_some_start_farther_away() -> None:
+def test_all_warm_starts_find_the_same_solution_but_some_start_farther_away(exact: Flight) -> None:
     solver = ("controller.solver.sqp_steps_max=30", "controller.solver.kkt_tolerance=1.0e-6")
     decisions = {
         warm_start: replay(
@@ -294,7 +425,7 @@ def test_all_warm_starts_find_the_same_solution_but_some_start_farther_away() ->
                     AGILE, *NOISE_FREE, *solver, f"controller.solver.warm_start={warm_start}"
                 ).config
             ),
-            EXACT_MEASURED,
+            exact.measured,
         )
         for warm_start in ("transform", "shift", "hold", "cold")
     }

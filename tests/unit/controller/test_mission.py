@@ -70,7 +70,7 @@ def test_another_mission_is_flown_past_the_end_of_the_scenario() -> None:
     np.testing.assert_allclose(places[0], [0.0, 0.0, 2.0])
     np.testing.assert_allclose(places[-1], [0.3, -0.2, 2.25], atol=0.01)
     assert {decision.reference.phase for decision in decisions} == {"hover"}
-    for pair in decisions[-1].pairs:
+    for pair in decisions[-1].state.pairs:
         np.testing.assert_allclose(pair.p_B1B2_C1__est, pair.p_B1B2_C1__ref, atol=0.01)
 
 

@@ -76,9 +76,7 @@ def test_predicted_sequence_stands_in_for_missing_commands_until_it_is_exhausted
     assert flight.next(None) == flown(0, 1)
     assert flight.next(None) == flown(0, 2)
     assert flight.onboard.counts == OnboardCounts(missing=2, replayed=2)
-    failsafe = Failsafe(VEHICLE, 0.05).rotor_speeds(
-        imu(), OpticFlow(0, np.array([0.1, 0.2, -0.3]), np.eye(3))
-    )
+    failsafe = Failsafe(VEHICLE, 0.05).sink(imu(), OpticFlow(0, np.array([0.1, 0.2, -0.3]), np.eye(3)))
     assert flight.next(None) == pytest.approx(failsafe)
     assert flight.next(None) == pytest.approx(failsafe)
     assert flight.onboard.counts == OnboardCounts(missing=4, replayed=2, failsafe=2)
@@ -97,6 +95,7 @@ def test_an_old_plan_is_flown_for_a_limited_time() -> None:
 
 def test_the_failsafe_sinks_as_fast_as_it_is_told() -> None:
     flight = Flight()
+    flight.next(command(0, n_predicted=0))
     slow = flight.next(None)
     flight.onboard.set_limits(FailsafeConfig(plan_max_s=1.0, descent_speed_m_s=0.8))
     fast = flight.next(None)
@@ -105,10 +104,13 @@ def test_the_failsafe_sinks_as_fast_as_it_is_told() -> None:
     assert thrusts[0] - thrusts[1] == pytest.approx(VEHICLE.mass * 1.5)
 
 
-def test_without_any_command_yet_the_failsafe_flies() -> None:
+def test_before_the_first_good_command_the_vehicle_hovers() -> None:
     flight = Flight()
-    flight.next(None)
-    assert flight.onboard.counts == OnboardCounts(missing=1, failsafe=1)
+    hover = Failsafe(VEHICLE, 0.05).hover(imu(), OpticFlow(0, np.array([0.1, 0.2, -0.3]), np.eye(3)))
+    assert flight.next(None) == pytest.approx(hover)
+    assert flight.next(command(1, period_ns=0)) == pytest.approx(hover)
+    assert flight.onboard.counts == OnboardCounts(missing=1, rejected=1, hovered=2)
+    assert flight.next(command(2)) == flown(2, 0)
 
 
 @pytest.mark.parametrize(
@@ -179,7 +181,7 @@ def test_failsafe_levels_whatever_the_yaw(yaw: float) -> None:
     # Right side down by 0.2, nose down by 0.1: it must roll left side down and pitch nose up.
     q_NB = Rotation.from_euler("ZYX", [yaw, 0.1, 0.2]).as_quat()
     still = OpticFlow(0, np.zeros(3), np.eye(3))
-    torque, force = torque_and_thrust(Failsafe(VEHICLE, 0.05).rotor_speeds(imu(q_NB), still))
+    torque, force = torque_and_thrust(Failsafe(VEHICLE, 0.05).sink(imu(q_NB), still))
     stiffness = 6.0**2 * np.array(VEHICLE.inertia)
     assert torque[:2] == pytest.approx([-0.2 * stiffness[0], -0.1 * stiffness[1]], rel=0.02)
     assert torque[2] == pytest.approx(0.0, abs=1e-12)
@@ -192,18 +194,31 @@ def test_failsafe_brakes_the_vertical_speed_and_no_other() -> None:
     forces = []
     for v_NB_N in ([0.0, 0.0, 0.0], [2.0, -3.0, 0.0], [2.0, -3.0, 0.7]):
         optic_flow = OpticFlow(0, attitude.inv().apply(v_NB_N), np.eye(3))
-        speeds = Failsafe(VEHICLE, 0.05).rotor_speeds(imu(attitude.as_quat()), optic_flow)
+        speeds = Failsafe(VEHICLE, 0.05).sink(imu(attitude.as_quat()), optic_flow)
         forces.append(torque_and_thrust(speeds)[1] * math.cos(0.5) * math.cos(0.4) / VEHICLE.mass)
     assert forces == pytest.approx([GRAVITY - 0.9, GRAVITY - 0.9, GRAVITY - 0.9 - 3.0 * 0.7])
 
 
+def test_a_hover_holds_the_height_and_brakes_the_horizontal_speed() -> None:
+    """The force per mass is the weight, and 1/s times the horizontal velocity against it."""
+    for yaw in (0.0, 1.0, -2.5):
+        level = Rotation.from_euler("z", yaw)
+        moving = OpticFlow(0, level.inv().apply([0.8, -0.6, 0.2]), np.eye(3))
+        torque, force = torque_and_thrust(Failsafe(VEHICLE, 0.05).hover(imu(level.as_quat()), moving))
+        angle = math.atan2(1.0, GRAVITY)  # the speed is 1 m/s, the deceleration 1 m/s^2
+        axis_B = level.inv().apply([-0.6, -0.8, 0.0])  # e_z x the direction of braking
+        stiffness = 6.0**2 * np.array(VEHICLE.inertia)
+        assert torque == pytest.approx(angle * axis_B * stiffness, abs=1e-9)
+        assert force == pytest.approx(VEHICLE.mass * (GRAVITY - 3.0 * 0.2))
+
+
 def test_failsafe_damps_all_rates() -> None:
     still = OpticFlow(0, np.zeros(3), np.eye(3))
-    torque, _ = torque_and_thrust(Failsafe(VEHICLE, 0.05).rotor_speeds(imu(w_NB_B=(0.5, -0.4, 0.1)), still))
+    torque, _ = torque_and_thrust(Failsafe(VEHICLE, 0.05).sink(imu(w_NB_B=(0.5, -0.4, 0.1)), still))
     assert torque == pytest.approx(-12.0 * np.array(VEHICLE.inertia) * [0.5, -0.4, 0.1])
 
 
 def test_failsafe_of_a_slow_loop_is_softer() -> None:
     still = OpticFlow(0, np.zeros(3), np.eye(3))
-    torque, _ = torque_and_thrust(Failsafe(VEHICLE, 0.1).rotor_speeds(imu(w_NB_B=(0.5, -0.4, 0.1)), still))
+    torque, _ = torque_and_thrust(Failsafe(VEHICLE, 0.1).sink(imu(w_NB_B=(0.5, -0.4, 0.1)), still))
     assert torque == pytest.approx(-6.0 * np.array(VEHICLE.inertia) * [0.5, -0.4, 0.1])

@@ -194,14 +194,14 @@ def test_commands_are_lost_as_often_as_specified_and_without_touching_other_draw
     assert np.array(gyro_noise(lossy)) == pytest.approx(np.array(gyro_noise(reference)), abs=1e-9)
 
 
-def test_a_dropped_imu_message_does_not_blind_the_failsafe() -> None:
+def test_a_dropped_imu_message_does_not_blind_the_vehicle_itself() -> None:
     dropout = "{kind: dropout, sensor: imu, start_s: 0.0, end_s: 9.0, target: leader, probability: 1.0}"
     blind, seeing = (
         fly(load(events(dropout)), 6, commands=lambda _: None),
         fly(CONFIG, 6, commands=lambda _: None),
     )
     assert all(measured["leader"].newest(IMU) is None for measured in blind.measurements)
-    assert blind.vehicles["leader"].counts.failsafe == 6
+    assert blind.vehicles["leader"].counts.hovered == 6
     assert blind.states("leader") == seeing.states("leader")
 
 

@@ -242,8 +242,24 @@ def steady_steps(log: FlightLog) -> Mask:
         start * config.period_ns + seconds_to_ns(phase.steady_from) - margin_ns
         for start, phase in zip(config.phase_starts, config.phases, strict=True)
     ]
-    index = [config.phase_index(step) for step in (log.step_ns // config.period_ns).tolist()]
-    return log.step_ns >= np.array(begin_ns, dtype=np.int64)[index]
+    mission_ns = log.step_ns - mission_start_ns(log)
+    index = [config.phase_index(step) for step in (mission_ns // config.period_ns).tolist()]
+    return np.asarray(mission_ns >= np.array(begin_ns, dtype=np.int64)[index])
+
+
+def mission_start_ns(log: FlightLog) -> int:
+    """Instant of the first decision, from the first change of phase between consecutive steps [ns].
+
+    It is 0 unless the controller had to wait for its first measurements.
+    """
+    config = log.scenario.config
+    for index in range(1, len(log.phase)):
+        stamp_ns = int(log.step_ns[index])
+        is_next = stamp_ns - log.step_ns[index - 1] == config.period_ns
+        if is_next and log.phase[index] != log.phase[index - 1]:
+            names = [phase.name for phase in config.phases]
+            return stamp_ns - config.phase_starts[names.index(log.phase[index])] * config.period_ns
+    return 0
 
 
 def phase_steps(log: FlightLog, phase: PhaseConfig) -> Mask:

@@ -23,7 +23,8 @@ class SimulatedStep:
     faults: Mapping[str, str]
     """Why vehicles cannot fly on, by vehicle; empty if all can."""
     decision: Decision | None
-    """None at the last instant: the scenario or a fault ends the flight there."""
+    """None while the controller waits for its first estimate, and at the last instant, where the scenario or
+    a fault ends the flight."""
 
 
 def simulate(scenario: LoadedScenario, make_link: LinkFactory = lossy_link) -> Iterator[SimulatedStep]:
@@ -32,7 +33,7 @@ def simulate(scenario: LoadedScenario, make_link: LinkFactory = lossy_link) -> I
     Args:
         make_link: the link of each vehicle.
     Raises:
-        FlightError: the flight cannot start.
+        FlightError: measurements that the start needs are missing for too long.
     """
     config = scenario.config
     vehicles = {name: Vehicle(config, scenario.seed, name, make_link) for name in config.team.vehicles}
@@ -47,16 +48,17 @@ def simulate(scenario: LoadedScenario, make_link: LinkFactory = lossy_link) -> I
         if step == config.n_steps or faults:
             yield SimulatedStep(ground_truth, measurements, faults, None)
             return
-        decision = controller.step(measurements)
+        outcome = controller.step(measurements)
+        decision = outcome if isinstance(outcome, Decision) else None
         yield SimulatedStep(ground_truth, measurements, faults, decision)
-        commands = decision.commands
+        commands = dict.fromkeys(vehicles) if decision is None else decision.commands
 
 
 def fly_in_process(scenario: LoadedScenario) -> FlightLog:
     """Fly a scenario to its end, or to the first fault, which is then in the log.
 
     Raises:
-        FlightError: the flight cannot start.
+        FlightError: measurements that the start needs are missing for too long.
     """
     log = FlightLogBuilder(scenario)
     with one_blas_thread():

@@ -92,6 +92,8 @@ def _steps(
             given[vehicle] = VehicleMeasurements.collect(arrived)
         commands = {}
         for vehicle in config.team.vehicles:
+            if decided[step].waiting_for:
+                break  # there were no commands yet
             message = messages.get((vehicle_topic(vehicle, ROTOR_SPEEDS), stamp_ns))
             if message is None:
                 return tuple(steps)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from relform_controller.blas import one_blas_thread
+from relform_controller.estimation.estimator import Waiting
 from relform_controller.formation_controller import FormationController
 from relform_controller.tuning import ControllerTuning
 from relform_core.arrays import Array
@@ -33,7 +34,7 @@ class RecordedStep:
     """Likewise; other than the formation."""
     sqp_steps: int
     commands: Mapping[str, RotorCommand]
-    """By vehicle."""
+    """By vehicle; empty while the controller waited for its first measurements."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +56,10 @@ class Replay:
     """[s], shape (step,)."""
     vehicles: tuple[str, ...]
     recorded: Array
-    """Rotor speeds [rad/s], shape (step, vehicle, 4)."""
+    """Rotor speeds [rad/s], shape (step, vehicle, 4); NaN: this controller waited for its first measurements.
+    Steps in which both waited are left out."""
     replayed: Array
-    """Rotor speeds [rad/s], shape (step, vehicle, 4)."""
+    """Likewise."""
     plans_equal: bool
     """Whether the predicted sequences are equal too, bit for bit."""
 
@@ -86,10 +88,10 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
             controller with the recorded configuration takes the recorded number of SQP steps.
         scenario: for the controller; its team must be that of the recording.
     Raises:
-        FlightError: the first measurements do not suffice to start.
+        FlightError: measurements that the start needs are missing for too long.
     """
     vehicles = scenario.config.team.vehicles
-    replayed, plans_equal = [], True
+    time, recorded, replayed, plans_equal = [], [], [], True
     impose_steps = scenario.config.controller == flight.scenario.config.controller
     with one_blas_thread():
         controller = FormationController(scenario.config)
@@ -101,13 +103,18 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
                 tuning = tuning.changed(step.parameters)
                 controller.set_weights(tuning.weights)
             decision = controller.step(step.measurements, step.sqp_steps if impose_steps else None)
-            replayed.append([decision.commands[vehicle].speeds for vehicle in vehicles])
-            plans_equal &= all(
-                np.array_equal(decision.commands[vehicle].predicted_speeds, command.predicted_speeds)
+            commands = {} if isinstance(decision, Waiting) else decision.commands
+            plans_equal &= commands.keys() == step.commands.keys() and all(
+                np.array_equal(commands[vehicle].predicted_speeds, command.predicted_speeds)
                 for vehicle, command in step.commands.items()
             )
-    stamps_ns = np.array([step.measurements.arrival_ns for step in flight.steps])
-    recorded = [[step.commands[vehicle].speeds for vehicle in vehicles] for step in flight.steps]
-    return Replay(
-        stamps_ns / NANOSECONDS_PER_SECOND, vehicles, np.array(recorded), np.array(replayed), plans_equal
-    )
+            if commands or step.commands:
+                time.append(step.measurements.arrival_ns / NANOSECONDS_PER_SECOND)
+                recorded.append(_speeds(step.commands, vehicles))
+                replayed.append(_speeds(commands, vehicles))
+    return Replay(np.array(time), vehicles, np.array(recorded), np.array(replayed), plans_equal)
+
+
+def _speeds(commands: Mapping[str, RotorCommand], vehicles: tuple[str, ...]) -> list[Array]:
+    """By vehicle; NaN: the controller waited for its first measurements."""
+    return [commands[vehicle].speeds if commands else np.full(4, np.nan) for vehicle in vehicles]

@@ -14,7 +14,14 @@ from rclpy.utilities import try_shutdown
 from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_analysis.flight.metrics import formation_errors, scored_pairs
 from relform_core.load import LoadedScenario
-from relform_core.names import EVENTS, GROUND_TRUTH, MONITOR_NODE, REFERENCE, split_node_name
+from relform_core.names import (
+    EVENTS,
+    GROUND_TRUTH,
+    MONITOR_NODE,
+    REFERENCE,
+    EventKind,
+    split_node_name,
+)
 from relform_core.roster import Roster
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.lockstep_pacing import LockstepPacing
@@ -85,6 +92,12 @@ class Monitor:
         if not log.phase:
             return None
         return float(np.mean(formation_errors(log, scored_pairs(self._scenario.config.team))[-1]))
+
+    def waiting_for(self) -> str:
+        """What the controller waits for before its first command; empty: it does not wait."""
+        recent = self._messages[-RECENT_STEPS * len(self._types) :]
+        events = [deserialize_message(data, self._types[EVENTS]) for topic, data in recent if topic == EVENTS]
+        return next((event.description for event in reversed(events) if event.kind == EventKind.STEP), "")
 
     def log(self) -> FlightLog:
         """The flight so far."""

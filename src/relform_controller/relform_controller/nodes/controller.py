@@ -10,6 +10,7 @@ import rclpy
 from rclpy.node import Node
 
 from relform_controller.blas import one_blas_thread
+from relform_controller.estimation.estimator import Waiting
 from relform_controller.formation_controller import FormationController
 from relform_controller.tuning import FORMATION, ControllerTuning, by_formation_key
 from relform_core.errors import ConfigError, MessageError
@@ -57,6 +58,8 @@ class ControllerNode:
         """The first step that was not decided yet; there a change takes effect."""
         self._solver_states: Counter[SolverState] = Counter()
         self._fallback_reason = ""
+        self._waiting_for = ""
+        """What the controller waits for at the start of the flight; empty: it does not wait."""
         self._pacing = pacing
         for vehicle in me.vehicles:
             for sensor in config.sensors_of(vehicle):
@@ -68,7 +71,8 @@ class ControllerNode:
         """Control the flight.
 
         Raises:
-            FlightError: the first measurements do not suffice to start, or the flight is over too early.
+            FlightError: measurements that the start needs are missing for too long, or the flight is over too
+                early.
             StopRequestedError: by a signal.
         """
         for step in self._pacing.steps():
@@ -77,12 +81,18 @@ class ControllerNode:
                 self._pacing.done(step, report=self._report())
                 continue
             decision = self._decide(step, gathered.messages)
+            inputs = tuple((topic, message.stamp_ns) for topic, message in gathered.messages.items())
+            if isinstance(decision, Waiting):
+                content = StepDecided(inputs, sqp_steps=0, waiting_for=decision.reason)
+                self._pacing.publish(self._me.events, self._event(step, content))
+                self._pacing.done(step, report=self._report())
+                continue
             self._pacing.done(step, promised=self._telemetry, report=self._report())
             # The commands are out: the rest runs while the vehicles fly the interval.
-            self._publish_telemetry(decision, gathered.messages)
+            self._publish_telemetry(decision, inputs)
             self._controller.prepare_next()
 
-    def _decide(self, step: int, messages: Mapping[str, Any]) -> Decision:
+    def _decide(self, step: int, messages: Mapping[str, Any]) -> Decision | Waiting:
         by_vehicle = {
             vehicle: VehicleMeasurements.collect(
                 (sensor, messages[topic])
@@ -98,6 +108,12 @@ class ControllerNode:
         self._next_step = step + 1
         if self._next_step == self._n_steps:
             self._parameters.close()
+        if isinstance(decision, Waiting):
+            if not self._waiting_for:
+                print(f"{self._me.node}: the start waits for {decision.reason}", file=sys.stderr)
+            self._waiting_for = decision.reason
+            return decision
+        self._waiting_for = ""
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
         for vehicle, command in decision.commands.items():
@@ -117,14 +133,13 @@ class ControllerNode:
             self._controller.set_formation(tuning.formation)
             self._pacing.publish(self._me.events, self._event(step, FormationSet(tuning.formation)))
 
-    def _publish_telemetry(self, decision: Decision, messages: Mapping[str, Any]) -> None:
+    def _publish_telemetry(self, decision: Decision, inputs: tuple[tuple[str, int], ...]) -> None:
         step, stamp_ns = decision.step, decision.stamp_ns
-        inputs = tuple((topic, message.stamp_ns) for topic, message in messages.items())
         telemetry = (  # in the order of self._telemetry
             state_to_msg(PerStep(step, stamp_ns, decision.state)),
             solver_to_msg(PerStep(step, stamp_ns, decision.solver)),
             reference_to_msg(PerStep(step, stamp_ns, decision.reference)),
-            self._event(step, StepDecided(inputs, decision.solver.sqp_steps)),
+            self._event(step, StepDecided(inputs, decision.solver.sqp_steps_begun)),
         )
         for topic, message in zip(self._telemetry, telemetry, strict=True):
             self._pacing.publish(topic, message)
@@ -151,7 +166,10 @@ class ControllerNode:
 
     def _report(self) -> Mapping[str, object]:
         counts = {f"solver.{state.name.lower()}": self._solver_states[state] for state in SolverState}
-        return counts | {"solver.last_fallback_reason": self._fallback_reason}
+        return counts | {
+            "solver.last_fallback_reason": self._fallback_reason,
+            "estimator.waiting_for": self._waiting_for,
+        }
 
 
 def build_controller(node: Node, spinner: Spinner) -> Runnable:

@@ -88,6 +88,15 @@ class TeamGeometry:
 
 
 @dataclass(frozen=True, eq=False)
+class Prediction:
+    """What the last plan predicts for the next control step, in the {mi} frames that it predicts."""
+
+    states: Array
+    """Shape (vehicle, N_STATE); position and yaw are zero."""
+    geometry: TeamGeometry
+
+
+@dataclass(frozen=True, eq=False)
 class HorizonReference:
     """What the plan shall track."""
 

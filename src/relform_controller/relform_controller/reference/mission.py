@@ -26,7 +26,7 @@ class MissionReference:
 
 
 class Mission(Protocol):
-    """The task of one flight. Instants are simulation time since the start of the flight [ns]."""
+    """The task of one flight. Instants count from the first decision of the controller [ns]."""
 
     @property
     def formation(self) -> Mapping[str, Vector3]:

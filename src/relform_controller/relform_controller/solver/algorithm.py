@@ -1,12 +1,13 @@
-"""Algorithm MRTI, the modified real-time iteration: how many SQP steps, and what if one fails."""
+"""Algorithm MRTI, the modified real-time iteration: the guess, the number of SQP steps, and the fallback."""
 
 import math
 from collections.abc import Callable
 
-from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, Prediction, TeamGeometry
 from relform_controller.solver.dense.box_qp import QpError
 from relform_controller.solver.dense.rti import RealTimeIteration, SqpStep
 from relform_controller.solver.kernels import Kernels
+from relform_controller.solver.warm_start import hover_plan, shift, transform
 from relform_core.arrays import Array
 from relform_core.controller_config import SolverConfig, WeightsConfig
 from relform_core.names import SolverState
@@ -14,12 +15,17 @@ from relform_core.telemetry import SolverReport
 
 
 class ModifiedRti:
-    """Solves the team's problem once per control step.
+    """Solves the team's problem once per control step: ``solve``, then ``prepare_next``.
+
+    The first step of a flight iterates from a hover at the measured states until the KKT value is low. Every
+    later step starts from the plan of the step before, shifted and transformed. If an SQP step fails, the
+    plan from before it is flown, and the next control step starts as the first one does.
 
     Args:
         ocp: the problem.
         kernels: its compiled functions.
-        config: limits on the number of SQP steps and tolerances.
+        config: limits on the number of SQP steps, tolerances, and the kind of warm start.
+        hover_thrust: thrust of each rotor in the first guess [N].
         clock: monotonic time [s], for the reports and the time budget only.
         time_budget: time after which no further SQP step of a control step starts [s]; infinite in
             lock-step, so that results do not depend on the machine.
@@ -30,23 +36,125 @@ class ModifiedRti:
         ocp: Ocp,
         kernels: Kernels,
         config: SolverConfig,
+        hover_thrust: float,
         clock: Callable[[], float],
         time_budget: float = math.inf,
     ) -> None:
+        self._ocp = ocp
+        self._kernels = kernels
         self._rti = RealTimeIteration(ocp, kernels)
         self._config = config
+        self._hover_thrust = hover_thrust
         self._clock = clock
         self._time_budget = time_budget
         self._prepare_time = 0.0
         self._prepare_failure = ""
         self._started = False
+        """Whether the next control step may start from the plan of the last one."""
+        self._solved: tuple[Plan, TeamGeometry] | None = None
+        """The plan of the last control step, and the frames that it is expressed in."""
+        self._following: tuple[Plan, TeamGeometry] | None = None
+        """The same, shifted and transformed to the next control step."""
+        self._guess: Plan | None = None
+        """What is prepared for the next control step; None: it starts from a hover."""
 
     def set_weights(self, weights: WeightsConfig) -> None:
-        """Weigh the terms of the cost otherwise; ``prepare`` must follow."""
+        """Change the weights of the cost from the next control step on."""
         self._rti.set_weights(weights)
+        if self._guess is not None and self._following is not None:
+            self._prepare(self._guess, self._following[1])
 
-    def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
-        """Prepare the first SQP step of the next control step, in the geometry predicted for it."""
+    def solve(
+        self,
+        initial_states: Array,
+        geometry: TeamGeometry,
+        reference: HorizonReference,
+        applied_thrusts: Array,
+        sqp_steps: int | None = None,
+    ) -> tuple[Plan, SolverReport]:
+        """The plan for one estimate; if an SQP step fails, the plan from before it.
+
+        Args:
+            initial_states: state of each vehicle in its own {mi}, shape (vehicle, N_STATE).
+            geometry: where the {mi} frames are estimated to be.
+            reference: what to track.
+            applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
+            sqp_steps: number of SQP steps to take, as in a recorded flight; None: as many as the limits
+                allow.
+        """
+        guess = self._guess
+        if guess is None:
+            guess = hover_plan(initial_states, self._hover_thrust, self._ocp.n_stages)
+            self._prepare(guess, geometry)
+        begin = self._clock()
+        tolerance = self._config.kkt_tolerance if self._started else self._config.kkt_tolerance_start
+        steps: list[SqpStep] = []
+        failure = self._prepare_failure
+        while not failure:
+            try:
+                if steps:
+                    self._rti.prepare(steps[-1].plan, geometry)
+                steps.append(self._rti.feedback(initial_states, geometry, reference, applied_thrusts))
+            except QpError as error:
+                failure = str(error)
+            else:
+                if self._is_enough(steps, tolerance, sqp_steps, begin):
+                    break
+        flown = steps[-1] if steps else None
+        if not failure:
+            state = SolverState.SOLVED if steps[-1].kkt < tolerance else SolverState.STEP_LIMIT
+        elif steps and not self._started:
+            # The further steps diverged, but the first one is sound: a hover is a good point to linearise at.
+            flown, state = steps[0], SolverState.STEP_LIMIT
+        else:
+            state = SolverState.FALLBACK
+        before = guess if self._following is None else self._following[0]
+        plan = before if flown is None else flown.plan
+        self._started = state is not SolverState.FALLBACK
+        self._solved = plan, geometry
+        self._guess = None
+        return plan, SolverReport(
+            state=state,
+            fallback_reason=failure,
+            objective=math.nan if flown is None else flown.objective,
+            kkt_first=steps[0].kkt if steps else math.nan,
+            kkt=math.nan if flown is None else flown.kkt,
+            sqp_steps=len(steps),
+            qp_iterations=sum(step.qp_iterations for step in steps),
+            active_bounds=0 if flown is None else flown.active_bounds,
+            prepare_time=self._prepare_time,
+            feedback_time=self._clock() - begin,
+        )
+
+    def prepare_next(self) -> Prediction:
+        """Shift and transform the plan to the next control step, and prepare its first SQP step.
+
+        Returns:
+            What the plan predicts for that step.
+        Raises:
+            RuntimeError: nothing was solved yet.
+        """
+        if self._solved is None:
+            raise RuntimeError("prepare_next() needs a solve() before it")
+        plan, geometry = self._solved
+        shifted = shift(plan, self._kernels)
+        transformed, next_geometry = transform(shifted, geometry, self._ocp.pairs)
+        self._following = transformed, next_geometry
+        if self._started:
+            match self._config.warm_start:
+                case "transform":
+                    self._guess = transformed
+                case "shift":
+                    self._guess = shifted
+                case "hold":
+                    self._guess = plan
+                case "cold":  # there is nothing to prepare before the measurement
+                    self._guess = None
+        if self._guess is not None:
+            self._prepare(self._guess, next_geometry)
+        return Prediction(transformed.states[:, 0], next_geometry)
+
+    def _prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
         begin = self._clock()
         self._prepare_failure = ""
         try:
@@ -55,62 +163,10 @@ class ModifiedRti:
             self._prepare_failure = str(failure)
         self._prepare_time = self._clock() - begin
 
-    def solve(
-        self,
-        guess: Plan,
-        initial_states: Array,
-        geometry: TeamGeometry,
-        reference: HorizonReference,
-        applied_thrusts: Array,
-        sqp_steps: int | None = None,
-    ) -> tuple[Plan, SolverReport]:
-        """The plan for what was measured; if an SQP step fails, what there was before it.
-
-        Args:
-            guess: what was prepared.
-            initial_states: state of each vehicle in its own {mi}, shape (vehicle, N_STATE).
-            geometry: where the {mi} frames are measured to be.
-            reference: what to track.
-            applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
-            sqp_steps: take so many SQP steps, as a recorded flight did; None: as many as the limits allow.
-        """
-        begin = self._clock()
-        first_solve = not self._started
-        tolerance = self._config.kkt_tolerance_start if first_solve else self._config.kkt_tolerance
-        steps_max = self._config.sqp_steps_start_max if first_solve else self._config.sqp_steps_max
-        steps: list[SqpStep] = []
-        failure = self._prepare_failure
-        plan = guess
-        while not failure:
-            try:
-                if steps:
-                    self._rti.prepare(plan, geometry)
-                steps.append(self._rti.feedback(initial_states, geometry, reference, applied_thrusts))
-            except QpError as error:
-                failure = str(error)
-                break
-            plan = steps[-1].plan
-            if sqp_steps is not None:
-                enough = len(steps) >= sqp_steps
-            else:
-                in_time = first_solve or self._clock() - begin < self._time_budget
-                enough = steps[-1].kkt < tolerance or len(steps) >= steps_max or not in_time
-            if enough:
-                break
-        self._started = self._started or not failure
-        if failure:
-            state = SolverState.FALLBACK
-        else:
-            state = SolverState.SOLVED if steps[-1].kkt < tolerance else SolverState.STEP_LIMIT
-        return plan, SolverReport(
-            state=state,
-            fallback_reason=failure,
-            objective=steps[-1].objective if steps else math.nan,
-            kkt_first=steps[0].kkt if steps else math.nan,
-            kkt=steps[-1].kkt if steps else math.nan,
-            sqp_steps=len(steps),
-            qp_iterations=sum(step.qp_iterations for step in steps),
-            active_bounds=steps[-1].active_bounds if steps else 0,
-            prepare_time=self._prepare_time,
-            feedback_time=self._clock() - begin,
-        )
+    def _is_enough(self, steps: list[SqpStep], tolerance: float, imposed: int | None, begin: float) -> bool:
+        """Whether no further SQP step is to be taken."""
+        if imposed is not None:
+            return len(steps) >= imposed
+        steps_max = self._config.sqp_steps_max if self._started else self._config.sqp_steps_start_max
+        in_time = not self._started or self._clock() - begin < self._time_budget
+        return steps[-1].kkt < tolerance or len(steps) >= steps_max or not in_time

@@ -4,10 +4,12 @@ Position and yaw of each vehicle in its own {mi} are zero by definition; the new
 geometry. What was not measured is taken from the prediction of the last plan.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting
 from relform_controller.estimation.relative_yaw import (
     YawEstimate,
     propagate,
@@ -17,40 +19,36 @@ from relform_controller.estimation.relative_yaw import (
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_CB, rpy_from_quaternion, wrap_angle
 from relform_controller.ocp.layout import ordered_pairs
-from relform_controller.ocp.problem import TeamGeometry
+from relform_controller.ocp.problem import Prediction, TeamGeometry
 from relform_core.arrays import Array
-from relform_core.errors import FlightError
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing
 
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """What the last plan says of this instant, in the {mi} frames that it predicts."""
-
-    states: Array
-    """Shape (vehicle, N_STATE); position and yaw are zero."""
-    geometry: TeamGeometry
+_NAMED_MAX = 3
+"""How many things a reason names."""
 
 
-@dataclass(frozen=True, eq=False)
-class Feedback:
-    """Start of the horizon."""
+@dataclass
+class _Gaps:
+    """What was not measured in one step, and whether something stands in for it."""
 
-    initial_states: Array
-    """Shape (vehicle, N_STATE), each in its own {mi}."""
-    geometry: TeamGeometry
-    yaw_estimates: tuple[YawEstimate, ...]
-    """Per ordered pair."""
-    yaw_held: tuple[bool, ...]
-    """Per ordered pair: not measured now, propagated with the gyros."""
+    predicted: list[str] = field(default_factory=list)
+    unknown: list[str] = field(default_factory=list)
+
+    def fill(self, what: str, stand_in: Array) -> Array:
+        """Use a value in place of a measurement; NaN: there is none."""
+        (self.unknown if np.isnan(stand_in).any() else self.predicted).append(what)
+        return stand_in
 
 
-class RawFeedback:
+class RawEstimator:
     """Turns the measurements of one step into the start of the horizon.
+
+    Before the first plan there is no prediction. The vehicles hover then, so what was measured in an earlier
+    step stands in for what was lost; the estimator waits until everything was measured once.
 
     Args:
         vehicles: names in team order, leader first.
@@ -59,28 +57,29 @@ class RawFeedback:
     """
 
     def __init__(self, vehicles: tuple[str, ...], yaw_std_max: float, period: float) -> None:
+        n = len(vehicles)
         self._vehicles = vehicles
-        self._pairs = ordered_pairs(len(vehicles))
+        self._pairs = ordered_pairs(n)
         self._yaw_variance_max = yaw_std_max**2
         self._period = period
         self._yaws: dict[tuple[int, int], YawEstimate] = {}
-        self._yaw_rates = np.zeros(len(vehicles))
-        self._yaw_rate_variances = np.zeros(len(vehicles))
+        self._yaw_rates = np.zeros(n)
+        self._yaw_rate_variances = np.zeros(n)
+        n_pairs = len(self._pairs)
+        unknown = TeamGeometry(
+            np.full((n_pairs, 3), np.nan), np.full(n_pairs, np.nan), np.full(3, np.nan), np.nan
+        )
+        self._before_start = Prediction(np.full((n, layout.N_STATE), np.nan), unknown)
+        """The newest measurements, as long as there is no plan; NaN where there was none yet."""
 
     def update(
-        self, measurements: TeamMeasurements, yaw_reference: float, prediction: Prediction | None
-    ) -> Feedback:
-        """Start of the horizon for one step.
-
-        Args:
-            measurements: of all vehicles.
-            yaw_reference: of the leader; its measured yaw is unwrapped to lie near it [rad].
-            prediction: of the last plan; None in the first step.
-        Raises:
-            FlightError: something that cannot be predicted yet was not measured.
-        """
+        self, measurements: TeamMeasurements, applied_thrusts: Array, predicted: Prediction | None
+    ) -> TeamEstimate | Waiting:
+        """See ``Estimator.update``. The applied inputs are not used: raw feedback has no model."""
+        source = self._before_start if predicted is None else predicted
         vehicles = [measurements.by_vehicle[name] for name in self._vehicles]
-        states = np.array([self._state(index, vehicle, prediction) for index, vehicle in enumerate(vehicles)])
+        gaps = _Gaps()
+        states = np.array([self._state(i, vehicle, source, gaps) for i, vehicle in enumerate(vehicles)])
         R_CB = [rotation_CB(state[layout.ROLL], state[layout.PITCH]) for state in states]
         held = self._update_yaws(vehicles, R_CB)
         self._update_yaw_rates(vehicles, states)
@@ -91,42 +90,52 @@ class RawFeedback:
                 p_I1I2_I1[pair] = R_CB[i] @ relative_position_B(seen)
             else:
                 what = f"range and bearing from {self._vehicles[i]} to {self._vehicles[j]}"
-                p_I1I2_I1[pair] = self._predicted(prediction, what).geometry.p_I1I2_I1[pair]
-        p_NI_N, yaw_NI = self._leader_pose(vehicles[0], yaw_reference, prediction)
-        yaws = tuple(self._yaws[pair] for pair in self._pairs)
+                p_I1I2_I1[pair] = gaps.fill(what, source.geometry.p_I1I2_I1[pair])
+        p_NI_N, yaw_NI = self._leader_pose(vehicles[0], source, gaps)
+        yaws = [self._yaws.get(pair, YawEstimate(np.nan, np.inf)) for pair in self._pairs]
         geometry = TeamGeometry(p_I1I2_I1, np.array([estimate.yaw for estimate in yaws]), p_NI_N, yaw_NI)
-        return Feedback(states, geometry, yaws, held)
+        if predicted is None:
+            self._before_start = Prediction(states, geometry)
+            if missing := [*gaps.unknown, *self._unknown_yaws(p_I1I2_I1)]:
+                return Waiting(_listed(missing))
+        lost = [*gaps.predicted, *gaps.unknown]
+        return TeamEstimate(
+            states,
+            geometry,
+            np.array([estimate.variance for estimate in yaws]),
+            held,
+            EstimatorMode.PREDICTED if lost else EstimatorMode.MEASURED,
+            _listed(lost),
+        )
 
-    def _state(self, index: int, vehicle: VehicleMeasurements, prediction: Prediction | None) -> Array:
+    def _state(self, index: int, vehicle: VehicleMeasurements, source: Prediction, gaps: _Gaps) -> Array:
         """State in the vehicle's own {mi}: only velocity, roll, pitch and rates can differ from zero."""
         state = np.zeros(layout.N_STATE)
-        name = self._vehicles[index]
+        name, predicted = self._vehicles[index], source.states[index]
         if (imu := vehicle.newest(IMU)) is not None:
             state[layout.ROLL], state[layout.PITCH], _ = rpy_from_quaternion(imu.q_NB)
             state[layout.RATE] = imu.w_NB_B
         else:
-            predicted = self._predicted(prediction, f"imu of {name}").states[index]
-            state[layout.ROLL], state[layout.PITCH] = predicted[layout.ROLL], predicted[layout.PITCH]
-            state[layout.RATE] = predicted[layout.RATE]
+            attitude = [layout.ROLL, layout.PITCH, *range(layout.N_STATE)[layout.RATE]]
+            state[attitude] = gaps.fill(f"imu of {name}", predicted[attitude])
         if (flow := vehicle.newest(OPTIC_FLOW)) is not None:
             R_IB = rotation_CB(state[layout.ROLL], state[layout.PITCH])  # the yaw is zero in {mi}
             state[layout.VELOCITY] = R_IB @ flow.v_NB_B
         else:
-            predicted = self._predicted(prediction, f"optic flow of {name}").states[index]
-            state[layout.VELOCITY] = predicted[layout.VELOCITY]
+            state[layout.VELOCITY] = gaps.fill(f"optic flow of {name}", predicted[layout.VELOCITY])
         return state
 
     def _leader_pose(
-        self, leader: VehicleMeasurements, yaw_reference: float, prediction: Prediction | None
+        self, leader: VehicleMeasurements, source: Prediction, gaps: _Gaps
     ) -> tuple[Array, float]:
-        localization = leader.newest(LOCALIZATION)
-        if localization is None:
-            geometry = self._predicted(prediction, "localization of the leader").geometry
-            return geometry.p_NI_N, geometry.yaw_NI
+        if (localization := leader.newest(LOCALIZATION)) is None:
+            p_NI_N = gaps.fill("localization of the leader", source.geometry.p_NI_N)
+            return p_NI_N, source.geometry.yaw_NI
         _, _, yaw = rpy_from_quaternion(localization.q_NB)
-        return localization.p_NB_N, yaw_reference + wrap_angle(yaw - yaw_reference)
+        return localization.p_NB_N, yaw
 
     def _update_yaws(self, vehicles: list[VehicleMeasurements], R_CB: list[Array]) -> tuple[bool, ...]:
+        """Measure the relative yaws, and propagate those that cannot be measured; whether so, by pair."""
         held = dict.fromkeys(self._pairs, False)
         for i, j in self._pairs:
             if i > j:
@@ -135,12 +144,9 @@ class RawFeedback:
             estimate = None
             if seen_by_i is not None and seen_by_j is not None:
                 estimate = yaw_from_mutual_sight(seen_by_i, R_CB[i], seen_by_j, R_CB[j])
-            if estimate is None or estimate.variance > self._yaw_variance_max:
+            if estimate is None or not estimate.variance <= self._yaw_variance_max:
                 if (i, j) not in self._yaws:
-                    raise FlightError(
-                        f"the relative yaw of {self._names(i, j)} cannot be observed at the start: "
-                        "they must see each other, and not from straight above"
-                    )
+                    continue
                 rate_variance = float(self._yaw_rate_variances[i] + self._yaw_rate_variances[j])
                 rates = float(self._yaw_rates[i]), float(self._yaw_rates[j])
                 estimate = propagate(self._yaws[i, j], *rates, rate_variance, self._period)
@@ -148,6 +154,16 @@ class RawFeedback:
             self._yaws[i, j] = estimate
             self._yaws[j, i] = YawEstimate(wrap_angle(-estimate.yaw), estimate.variance)
         return tuple(held.values())
+
+    def _unknown_yaws(self, p_I1I2_I1: Array) -> list[str]:
+        """The relative yaws that were never observed, though the positions of both vehicles were."""
+        seen = {pair: not np.isnan(p).any() for pair, p in zip(self._pairs, p_I1I2_I1, strict=True)}
+        return [
+            f"relative yaw of {self._vehicles[i]} and {self._vehicles[j]} "
+            "(both must see each other in one step, and not from straight above)"
+            for i, j in self._pairs
+            if i < j and (i, j) not in self._yaws and seen[i, j] and seen[j, i]
+        ]
 
     def _update_yaw_rates(self, vehicles: list[VehicleMeasurements], states: Array) -> None:
         """Yaw rates over the coming period, third row of eq. MPC_Dynamics3."""
@@ -162,11 +178,8 @@ class RawFeedback:
         sights = vehicles[i].newest(RANGE_BEARING)
         return None if sights is None else sights.by_target.get(self._vehicles[j])
 
-    def _names(self, i: int, j: int) -> str:
-        return f"{self._vehicles[i]} and {self._vehicles[j]}"
 
-    @staticmethod
-    def _predicted(prediction: Prediction | None, what: str) -> Prediction:
-        if prediction is None:
-            raise FlightError(f"the flight cannot start: no {what}")
-        return prediction
+def _listed(missing: Sequence[str]) -> str:
+    named = ", ".join(missing[:_NAMED_MAX])
+    more = len(missing) - _NAMED_MAX
+    return f"{named} and {more} more" if more > 0 else named

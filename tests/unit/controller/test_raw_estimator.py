@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_controller.estimation.raw_feedback import Feedback, Prediction, RawFeedback
+from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting
+from relform_controller.estimation.raw import RawEstimator
 from relform_controller.ocp import layout
-from relform_controller.ocp.problem import TeamGeometry
-from relform_core.errors import FlightError
+from relform_controller.ocp.problem import Prediction, TeamGeometry
 from relform_core.measurements import TeamMeasurements
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.optic_flow import OPTIC_FLOW
@@ -21,11 +21,26 @@ from support.world import GYRO_VARIANCE, TrueVehicle, measure, random_team, rela
 NAMES = ("leader", "follower_1", "follower_2")
 PAIRS = layout.ordered_pairs(3)
 PERIOD = 0.05
+APPLIED = np.full((3, layout.N_INPUT), 1.7)
 YAW_STD_MAX = math.radians(20.0)
 
 
-def make_feedback() -> RawFeedback:
-    return RawFeedback(NAMES, YAW_STD_MAX, PERIOD)
+class Raw:
+    """A raw estimator whose estimate exists, unless a test asks what it waits for."""
+
+    def __init__(self) -> None:
+        self._estimator = RawEstimator(NAMES, YAW_STD_MAX, PERIOD)
+
+    def update(self, measurements: TeamMeasurements, predicted: Prediction | None = None) -> TeamEstimate:
+        estimate = self._estimator.update(measurements, APPLIED, predicted)
+        assert isinstance(estimate, TeamEstimate)
+        return estimate
+
+    def missing(self, measurements: TeamMeasurements) -> str:
+        estimate = self._estimator.update(measurements, APPLIED, None)
+        assert isinstance(estimate, Waiting)
+        assert estimate.mode is EstimatorMode.WAITING
+        return estimate.reason
 
 
 def make_prediction() -> Prediction:
@@ -46,8 +61,8 @@ def blinded(measurements: TeamMeasurements, observer: str, target: str) -> TeamM
     return without(measurements, observer, range_bearing=dataclasses.replace(sights, by_target=others))
 
 
-def assert_same(found: Feedback, expected: Feedback, rtol: float = 0.0) -> None:
-    np.testing.assert_allclose(found.initial_states, expected.initial_states, rtol=rtol, atol=1e-12)
+def assert_same(found: TeamEstimate, expected: TeamEstimate, rtol: float = 0.0) -> None:
+    np.testing.assert_allclose(found.states, expected.states, rtol=rtol, atol=1e-12)
     np.testing.assert_allclose(found.geometry.p_I1I2_I1, expected.geometry.p_I1I2_I1, rtol=rtol, atol=1e-12)
     np.testing.assert_allclose(found.geometry.yaw_I1I2, expected.geometry.yaw_I1I2, rtol=rtol, atol=1e-12)
 
@@ -56,47 +71,37 @@ def assert_same(found: Feedback, expected: Feedback, rtol: float = 0.0) -> None:
 def test_perfect_measurements_give_the_truth(seed: int) -> None:
     generator = np.random.default_rng(seed)
     team = random_team(generator, 3, tilt_max=0.9, rate_max=3.0)
-    feedback = make_feedback().update(measure(team, NAMES), yaw_reference=team[0].yaw + 0.3, prediction=None)
-    for vehicle, state in zip(team, feedback.initial_states, strict=True):
+    raw = Raw().update(measure(team, NAMES))
+    for vehicle, state in zip(team, raw.states, strict=True):
         np.testing.assert_allclose(state, vehicle.state_I(), atol=1e-12)
     for pair, (i, j) in enumerate(PAIRS):
         np.testing.assert_allclose(
-            feedback.geometry.p_I1I2_I1[pair], relative_position_C(team[i], team[j]), atol=1e-12
+            raw.geometry.p_I1I2_I1[pair], relative_position_C(team[i], team[j]), atol=1e-12
         )
         R_I1I2 = team[i].levelled.inv() * team[j].levelled
         np.testing.assert_allclose(
-            Rotation.from_euler("z", feedback.geometry.yaw_I1I2[pair]).as_matrix(),
+            Rotation.from_euler("z", raw.geometry.yaw_I1I2[pair]).as_matrix(),
             R_I1I2.as_matrix(),
             atol=1e-12,
         )
-    np.testing.assert_allclose(feedback.geometry.p_NI_N, team[0].p_NB_N)
-    assert not any(feedback.yaw_held)
-
-
-@pytest.mark.parametrize("turns", [-2, 0, 3])
-def test_the_yaw_of_the_leader_lies_near_its_reference(turns: int) -> None:
-    team = random_team(np.random.default_rng(1), 3)
-    near = team[0].yaw + turns * math.tau + 2.9
-    feedback = make_feedback().update(measure(team, NAMES), yaw_reference=near, prediction=None)
-    assert feedback.geometry.yaw_NI == pytest.approx(team[0].yaw + turns * math.tau)
+    np.testing.assert_allclose(raw.geometry.p_NI_N, team[0].p_NB_N)
+    assert raw.geometry.yaw_NI == pytest.approx(team[0].yaw)
+    assert (raw.mode, raw.reason) == (EstimatorMode.MEASURED, "")
+    assert not any(raw.yaw_held)
 
 
 def test_the_yaw_of_a_followers_imu_means_nothing() -> None:
     team = random_team(np.random.default_rng(3), 3, tilt_max=0.9)
-    plain = make_feedback().update(measure(team, NAMES), 0.4, None)
+    plain = Raw().update(measure(team, NAMES))
     for offsets in ((0.0, 1.0, -2.5), (0.0, math.pi, 0.01)):
-        assert_same(make_feedback().update(measure(team, NAMES, yaw_offsets=offsets), 0.4, None), plain)
+        assert_same(Raw().update(measure(team, NAMES, yaw_offsets=offsets)), plain)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_without_imu_roll_pitch_and_rates_are_the_predicted_ones(name: str) -> None:
     team = random_team(np.random.default_rng(4), 3)
     full, prediction = measure(team, NAMES), make_prediction()
-    state = (
-        make_feedback()
-        .update(without(full, name, imu=None), 0.0, prediction)
-        .initial_states[NAMES.index(name)]
-    )
+    state = Raw().update(without(full, name, imu=None), prediction).states[NAMES.index(name)]
     predicted = prediction.states[NAMES.index(name)]
     np.testing.assert_array_equal(state[[layout.ROLL, layout.PITCH]], predicted[[layout.ROLL, layout.PITCH]])
     np.testing.assert_array_equal(state[layout.RATE], predicted[layout.RATE])
@@ -111,21 +116,17 @@ def test_without_imu_roll_pitch_and_rates_are_the_predicted_ones(name: str) -> N
 def test_without_optic_flow_the_velocity_is_the_predicted_one(name: str) -> None:
     team = random_team(np.random.default_rng(5), 3)
     full, prediction = measure(team, NAMES), make_prediction()
-    feedback = make_feedback().update(without(full, name, optic_flow=None), 0.0, prediction)
+    raw = Raw().update(without(full, name, optic_flow=None), prediction)
     index = NAMES.index(name)
     expected = np.array([vehicle.state_I() for vehicle in team])
     expected[index, layout.VELOCITY] = prediction.states[index, layout.VELOCITY]
-    np.testing.assert_allclose(feedback.initial_states, expected, atol=1e-12)
+    np.testing.assert_allclose(raw.states, expected, atol=1e-12)
 
 
 def test_without_localization_the_pose_of_the_leader_is_the_predicted_one() -> None:
     team = random_team(np.random.default_rng(6), 3)
     prediction = make_prediction()
-    geometry = (
-        make_feedback()
-        .update(without(measure(team, NAMES), "leader", localization=None), 0.0, prediction)
-        .geometry
-    )
+    geometry = Raw().update(without(measure(team, NAMES), "leader", localization=None), prediction).geometry
     np.testing.assert_array_equal(geometry.p_NI_N, prediction.geometry.p_NI_N)
     assert geometry.yaw_NI == prediction.geometry.yaw_NI
 
@@ -134,8 +135,8 @@ def test_the_order_of_the_messages_does_not_matter() -> None:
     measurements = measure(random_team(np.random.default_rng(6), 3), NAMES)
     reversed_order = dict(reversed(measurements.by_vehicle.items()))
     assert_same(
-        make_feedback().update(dataclasses.replace(measurements, by_vehicle=reversed_order), 0.0, None),
-        make_feedback().update(measurements, 0.0, None),
+        Raw().update(dataclasses.replace(measurements, by_vehicle=reversed_order)),
+        Raw().update(measurements),
     )
 
 
@@ -145,18 +146,18 @@ def test_each_gyro_adds_its_own_noise_to_a_yaw_that_is_held() -> None:
     assert imu is not None
     better = dataclasses.replace(imu, gyro_covariance=0.25 * imu.gyro_covariance)
     measurements = without(measurements, "follower_1", imu=better)
-    feedback = make_feedback()
-    before = feedback.update(measurements, 0.0, None).yaw_estimates[PAIRS.index((0, 1))]
+    raw = Raw()
+    before = raw.update(measurements).yaw_variances[PAIRS.index((0, 1))]
     blind = blinded(measurements, "leader", "follower_1")
-    after = feedback.update(blind, 0.0, make_prediction()).yaw_estimates[PAIRS.index((0, 1))]
-    assert after.variance - before.variance == pytest.approx(1.25 * GYRO_VARIANCE * PERIOD**2)
+    after = raw.update(blind, make_prediction()).yaw_variances[PAIRS.index((0, 1))]
+    assert after - before == pytest.approx(1.25 * GYRO_VARIANCE * PERIOD**2)
 
 
 def test_sonar_is_not_used() -> None:
     measurements = measure(random_team(np.random.default_rng(6), 3), NAMES)
     assert_same(
-        make_feedback().update(without(measurements, "follower_1", sonar=None), 0.0, None),
-        make_feedback().update(measurements, 0.0, None),
+        Raw().update(without(measurements, "follower_1", sonar=None)),
+        Raw().update(measurements),
     )
 
 
@@ -170,7 +171,7 @@ def turned(vehicle: TrueVehicle, yaw_rate: float, time: float) -> TrueVehicle:
 def test_without_mutual_sight_the_yaw_is_held_with_the_gyros(blind_both: bool) -> None:
     """Tilted vehicles turn about the vertical at different rates; nobody sees follower_1 for two seconds."""
     team, yaw_rates = random_team(np.random.default_rng(7), 3), (0.7, -1.9, 2.8)
-    feedback, prediction = make_feedback(), make_prediction()
+    raw, prediction = Raw(), make_prediction()
     variance = None
     for step in range(41):
         now = [turned(vehicle, rate, step * PERIOD) for vehicle, rate in zip(team, yaw_rates, strict=True)]
@@ -179,18 +180,17 @@ def test_without_mutual_sight_the_yaw_is_held_with_the_gyros(blind_both: bool) -
             measurements = blinded(measurements, "leader", "follower_1")
             if blind_both:
                 measurements = blinded(measurements, "follower_1", "leader")
-        found = feedback.update(measurements, 0.0, prediction)
+        found = raw.update(measurements, prediction)
         pair, back = PAIRS.index((0, 1)), PAIRS.index((1, 0))
         R_I1I2 = now[0].levelled.inv() * now[1].levelled
         for index, R in ((pair, R_I1I2), (back, R_I1I2.inv())):
             yaw = Rotation.from_euler("z", found.geometry.yaw_I1I2[index])
             assert (yaw.inv() * R).magnitude() < 1e-9
         assert found.yaw_held == tuple(step > 0 and {i, j} == {0, 1} for i, j in PAIRS)
-        estimate = found.yaw_estimates[pair]
-        assert estimate.variance == found.yaw_estimates[back].variance
+        assert found.yaw_variances[pair] == found.yaw_variances[back]
         if variance is not None:  # the noise of two gyros over one period
-            assert estimate.variance - variance == pytest.approx(2 * GYRO_VARIANCE * PERIOD**2)
-        variance = estimate.variance
+            assert found.yaw_variances[pair] - variance == pytest.approx(2 * GYRO_VARIANCE * PERIOD**2)
+        variance = found.yaw_variances[pair]
         # The positions that are not seen are the predicted ones, the others the measured ones.
         unseen = {(0, 1)} | ({(1, 0)} if blind_both else set()) if step > 0 else set()
         for index, (i, j) in enumerate(PAIRS):
@@ -213,47 +213,71 @@ def flown_over(team: tuple[TrueVehicle, ...]) -> tuple[TrueVehicle, ...]:
 
 def test_a_vertical_baseline_counts_as_not_seen() -> None:
     team = random_team(np.random.default_rng(8), 3)
-    feedback = make_feedback()
-    before = feedback.update(measure(team, NAMES), 0.0, None)
-    now = feedback.update(measure(flown_over(team), NAMES, 1), 0.0, make_prediction())
+    raw = Raw()
+    before = raw.update(measure(team, NAMES))
+    now = raw.update(measure(flown_over(team), NAMES, 1), make_prediction())
     assert now.yaw_held == tuple({i, j} == {0, 1} for i, j in PAIRS)
     for pair, held in enumerate(now.yaw_held):
-        assert (now.yaw_estimates[pair].variance > before.yaw_estimates[pair].variance) or not held
-        assert now.yaw_estimates[pair].variance < YAW_STD_MAX**2
+        assert (now.yaw_variances[pair] > before.yaw_variances[pair]) or not held
+        assert now.yaw_variances[pair] < YAW_STD_MAX**2
     # What is seen is used, even where it says nothing about the yaw.
     np.testing.assert_allclose(
         now.geometry.p_I1I2_I1[0], team[0].levelled.inv().apply([0.02, 0.0, 1.3]), atol=1e-12
     )
-    again = feedback.update(measure(team, NAMES, 2), 0.0, make_prediction())
+    again = raw.update(measure(team, NAMES, 2), make_prediction())
     assert not any(again.yaw_held)
 
 
-def test_a_vertical_baseline_at_the_start() -> None:
-    team = flown_over(random_team(np.random.default_rng(9), 3))
-    with pytest.raises(
-        FlightError,
-        match=r"^the relative yaw of leader and follower_1 cannot be observed at the start: "
-        r"they must see each other, and not from straight above$",
-    ):
-        make_feedback().update(measure(team, NAMES), 0.0, None)
+def test_a_vertical_baseline_at_the_start_is_waited_for() -> None:
+    team = random_team(np.random.default_rng(9), 3)
+    raw = Raw()
+    assert raw.missing(measure(flown_over(team), NAMES)) == (
+        "relative yaw of leader and follower_1 "
+        "(both must see each other in one step, and not from straight above)"
+    )
+    assert_same(raw.update(measure(team, NAMES, 1)), Raw().update(measure(team, NAMES, 1)))
 
 
 @pytest.mark.parametrize(
-    ("vehicle", "lost", "problem"),
+    ("vehicle", "lost", "missing"),
     [
-        ("follower_1", "imu", "the flight cannot start: no imu of follower_1"),
-        ("follower_2", "optic_flow", "the flight cannot start: no optic flow of follower_2"),
-        ("leader", "localization", "the flight cannot start: no localization of the leader"),
+        ("follower_1", "imu", "imu of follower_1"),
+        ("follower_2", "optic_flow", "optic flow of follower_2"),
+        ("leader", "localization", "localization of the leader"),
         (
             "follower_2",
             "range_bearing",
-            "the relative yaw of leader and follower_2 cannot be observed at the start",
+            "range and bearing from follower_2 to leader, range and bearing from follower_2 to follower_1",
         ),
     ],
 )
-def test_an_incomplete_first_step(vehicle: str, lost: str, problem: str) -> None:
+def test_what_is_missing_at_the_start_is_waited_for(vehicle: str, lost: str, missing: str) -> None:
+    team = random_team(np.random.default_rng(10), 3)
+    raw = Raw()
+    for step in range(3):
+        reason = raw.missing(without(measure(team, NAMES, step), vehicle, **{lost: None}))
+        assert reason.startswith(missing)
+    assert_same(raw.update(measure(team, NAMES, 3)), Raw().update(measure(team, NAMES, 3)))
+
+
+def test_many_missing_measurements_are_counted() -> None:
     measurements = measure(random_team(np.random.default_rng(10), 3), NAMES)
-    with pytest.raises(FlightError) as caught:
-        make_feedback().update(without(measurements, vehicle, **{lost: None}), 0.0, None)
-    (line,) = str(caught.value).splitlines()
-    assert line.startswith(problem)
+    for name in NAMES:
+        measurements = without(measurements, name, imu=None, optic_flow=None)
+    assert Raw().missing(measurements) == (
+        "imu of leader, optic flow of leader, imu of follower_1 and 3 more"
+    )
+
+
+def test_before_the_start_the_newest_measurement_stands_in_for_a_lost_one() -> None:
+    """The vehicles hover until then, so each sensor has to arrive once only."""
+    team = random_team(np.random.default_rng(11), 3, rate_max=0.0)
+    raw = Raw()
+    raw.missing(without(measure(team, NAMES), "follower_1", optic_flow=None))
+    now = without(measure(team, NAMES, 1), "leader", localization=None)
+    found = raw.update(blinded(now, "follower_2", "leader"))
+    assert_same(found, Raw().update(measure(team, NAMES)))
+    np.testing.assert_array_equal(found.geometry.p_NI_N, team[0].p_NB_N)
+    assert found.mode is EstimatorMode.PREDICTED
+    assert found.reason == "range and bearing from follower_2 to leader, localization of the leader"
+    assert found.yaw_held == tuple({i, j} == {0, 2} for i, j in PAIRS)
