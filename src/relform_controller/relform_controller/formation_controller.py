@@ -72,6 +72,10 @@ class FormationController:
         """Change the weights of the cost from the next step on."""
         self._solver.set_weights(weights)
 
+    def check_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """Check a request without making it; arguments and errors are those of ``set_formation``."""
+        self._mission.check_formation(formation)
+
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """Fly another formation from the next step on, until the mission changes it.
 

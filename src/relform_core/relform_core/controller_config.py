@@ -1,8 +1,8 @@
 """Schema of ``config/controller/*.yaml``: the optimal control problem and how it is solved."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from relform_core.schema import NonNegative, Positive, Schema
 from relform_core.units import DEGREES
@@ -57,6 +57,13 @@ class SolverConfig(Schema):
     warm_start: WarmStart
 
 
+class FormationChangeConfig(Schema):
+    """Bounds of a change of formation: how fast the followers move relative to the leader."""
+
+    speed_max: Annotated[Positive, Field(alias="speed_max_m_s")]
+    acceleration_max: Annotated[Positive, Field(alias="acceleration_max_m_s2")]
+
+
 class ControllerConfig(Schema):
     """The formation controller."""
 
@@ -69,9 +76,25 @@ class ControllerConfig(Schema):
     relative_yaw_std_max: Annotated[float, Field(alias="relative_yaw_std_max_deg", gt=0.0, le=90.0), DEGREES]
     """Beyond this standard deviation eq. YawEst5 counts as singular and the yaw is propagated with the
     gyros."""
-    formation_ramp: Annotated[NonNegative, Field(alias="formation_ramp_s")]
-    """Time over which a new formation reference is blended in [s]; 0: a step, as in the paper."""
+    formation_change: FormationChangeConfig | None
+    """A new formation is blended in over the shortest time that these bounds allow for its distance."""
+    formation_ramp: Annotated[NonNegative | None, Field(alias="formation_ramp_s")] = None
+    """Recordings of older versions have it instead of ``formation_change``: every change takes this time [s],
+    0 is a step, and no change is refused for its path."""
     estimator: EstimatorName = "raw"
     start_wait_max: Annotated[NonNegative, Field(alias="start_wait_max_s")] = 5.0
     """How long the vehicles hover at the start of a flight while the controller waits for the measurements of
     its first estimate [s]; then the flight ends."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _recorded_by_an_older_version(cls, written: Any) -> Any:
+        if isinstance(written, dict) and written.get("formation_ramp_s") is not None:
+            return {"formation_change": None, **written}
+        return written
+
+    @model_validator(mode="after")
+    def _one_kind_of_change(self) -> Self:
+        if (self.formation_change is None) == (self.formation_ramp is None):
+            raise ValueError("exactly one of formation_change and formation_ramp_s must have a value")
+        return self

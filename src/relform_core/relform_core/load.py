@@ -20,6 +20,7 @@ from ruamel.yaml.error import YAMLError
 from relform_core.config_files import find_config
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
+from relform_core.formation_change import FormationChanges
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.yaml_files import parse_mapping, parse_value, read_mapping, to_text
 
@@ -103,6 +104,9 @@ def _load(
         raise ConfigError(f"{origin}: {_NO_PLAIN_VALUE}") from None
     except ValidationError as error:
         raise ConfigError(explain(error, tree, origins)) from None
+    if (problem := FormationChanges(config).scenario_problem()) is not None:
+        where = f"{origins.locate_contradiction(())}: phases.{problem.phase_index}.formation"
+        raise ConfigError(f"{where}: {problem}; put a phase with another formation before it")
     return LoadedScenario(config, checked_seed, tree)
 
 

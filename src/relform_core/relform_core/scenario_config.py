@@ -27,6 +27,9 @@ from relform_core.vehicle_config import VehicleConfig
 FormationConfig = dict[Name, Vector3]
 """Position of each follower relative to the leader in {mc} of the leader [m], by follower name."""
 
+PLACE_MAX = 1000.0
+"""Bound on each coordinate of a place in a formation [m]; far beyond what sensors see."""
+
 if TYPE_CHECKING:
     SensorName = str
 else:
@@ -105,6 +108,9 @@ class PhaseConfig(Schema):
     steady_from: Annotated[NonNegative, Field(alias="steady_from_s")]
     """Start of the steady-state window that is scored, from the start of the phase [s]."""
     formation: Name
+    formation_step: bool = False
+    """Whether a new formation applies at once, as in the paper; else it is blended in within the bounds of
+    ``controller.formation_change``."""
     motion: Motion
 
     @model_validator(mode="after")
@@ -262,6 +268,11 @@ class ScenarioConfig(Schema):
             sensor for sensor in SENSORS if self.sensors.has(sensor) and (is_leader or not sensor.leader_only)
         )
 
+    @property
+    def separation_min(self) -> float:
+        """Two vehicles collide when their centres are closer than this [m]."""
+        return 2.0 * self.vehicle.collision_radius
+
     def formation_problem(self, formation: Mapping[str, Vector3]) -> str | None:
         """Why the team cannot fly a formation, as the end of a sentence on it; None if it can."""
         if unknown := sorted(set(formation) - set(self.team.followers)):
@@ -272,13 +283,14 @@ class ScenarioConfig(Schema):
         for follower, position in formation.items():
             if not all(map(math.isfinite, position)):
                 return f"puts '{follower}' at {position}, which is not finite"
-        separation_min = 2.0 * self.vehicle.collision_radius
+            if max(map(abs, position)) > PLACE_MAX:
+                return f"puts '{follower}' at {position}, which is farther than {PLACE_MAX:g} m away"
         positions = {self.team.leader: (0.0, 0.0, 0.0), **formation}
         for (a, p_a), (b, p_b) in itertools.combinations(positions.items(), 2):
-            if (separation := math.dist(p_a, p_b)) < separation_min:
+            if (separation := math.dist(p_a, p_b)) < self.separation_min:
                 return (
                     f"is impossible: '{a}' and '{b}' are {separation:.3f} m apart, "
-                    f"at least {separation_min:.3f} m are needed"
+                    f"at least {self.separation_min:.3f} m are needed"
                 )
         return None
 

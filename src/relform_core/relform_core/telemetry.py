@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from relform_core.arrays import Array
+from relform_core.live_values import Value
 from relform_core.measurements import RotorCommand
 from relform_core.names import SolverState
 from relform_core.schema import Vector3
-from relform_core.tuning import Value
 
 T = TypeVar("T")
 

@@ -90,7 +90,8 @@ def formation_from_msgs(msgs: Iterable[RelativePositionMsg], team: TeamConfig) -
     """Position of each follower relative to the leader; whether the team can fly it is not checked.
 
     Raises:
-        RejectionError: the observer is not the leader, a target is named twice, or a position is not finite.
+        RejectionError: the observer is not the leader, a target is named twice, a follower is missing, or a
+            position is not finite.
     """
     formation: dict[str, Vector3] = {}
     for msg in msgs:
@@ -102,6 +103,8 @@ def formation_from_msgs(msgs: Iterable[RelativePositionMsg], team: TeamConfig) -
             raise RejectionError(Reason.INVALID, f"target_id '{msg.target_id}' is named twice")
         x, y, z = vector_from_msg(msg.position, f"position of '{msg.target_id}'").tolist()
         formation[msg.target_id] = (x, y, z)
+    if missing := [follower for follower in team.followers if follower not in formation]:
+        raise RejectionError(Reason.INVALID, f"formation has no position for '{missing[0]}'")
     return formation
 
 

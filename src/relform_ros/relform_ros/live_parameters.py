@@ -10,35 +10,35 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from relform_core.errors import ConfigError
-from relform_core.tuning import Tunable, Tuning, Value
+from relform_core.live_values import LiveValue, LiveValues, Value
 from relform_ros.parameters import declare, doubles
 
-T = TypeVar("T", bound=Tuning)
+T = TypeVar("T", bound=LiveValues)
 
 
 class LiveParameters(Generic[T]):
-    """The values of a ``Tuning`` as parameters of a node.
+    """``LiveValues`` as parameters of a node.
 
     What is accepted is what the parameters tell from then on; nothing else happens before ``take``.
 
     Args:
-        tuning: what there is to change; what the node was started with counts as the first change.
+        live: what there is to change; what the node was started with counts as the first change.
     Raises:
         ConfigError: one line: the node was started with a value that cannot be used.
     """
 
-    def __init__(self, node: Node, tuning: T) -> None:
-        self.tuning = tuning
+    def __init__(self, node: Node, live: T) -> None:
+        self.live = live
         """As accepted so far."""
         self._node = node
         self._accepted: dict[str, Value] = {}
         self._closed = False
         self._showing = False
         given = {
-            key: _value(declare(node, key, _ros_value(value), _descriptor(tuning.tunables[key])))
-            for key, value in tuning.values.items()
+            key: _value(declare(node, key, _ros_value(value), _descriptor(live.described[key])))
+            for key, value in live.values.items()
         }
-        self._accept({key: value for key, value in given.items() if value != tuning.values[key]})
+        self._accept({key: value for key, value in given.items() if value != live.values[key]})
         node.add_pre_set_parameters_callback(self._before_set)
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._on_was_set)
@@ -60,9 +60,9 @@ class LiveParameters(Generic[T]):
 
     def follow(self, values: Mapping[str, Value]) -> None:
         """Let the parameters tell what holds now for another reason; there is nothing to apply."""
-        changes = {key: value for key, value in values.items() if value != self.tuning.values[key]}
+        changes = {key: value for key, value in values.items() if value != self.live.values[key]}
         if changes:
-            self.tuning = self.tuning.changed(changes)
+            self.live = self.live.changed(changes)
             self._show(changes)
 
     def close(self) -> None:
@@ -74,7 +74,7 @@ class LiveParameters(Generic[T]):
             raise ConfigError("the flight is over")
 
     def _accept(self, changes: Mapping[str, Value]) -> None:
-        self.tuning = self.tuning.changed(changes)
+        self.live = self.live.changed(changes)
         self._accepted |= changes
 
     def _show(self, values: Mapping[str, Value]) -> None:
@@ -87,7 +87,7 @@ class LiveParameters(Generic[T]):
             self._showing = False
 
     def _own(self, parameters: Iterable[Parameter]) -> dict[str, Value]:
-        return {each.name: _value(each.value) for each in parameters if each.name in self.tuning.tunables}
+        return {each.name: _value(each.value) for each in parameters if each.name in self.live.described}
 
     # rclpy lets a change be amended, checks it, asks, and tells when all have agreed: it is whole or is none.
 
@@ -96,7 +96,7 @@ class LiveParameters(Generic[T]):
         if unknown:  # rclpy would refuse them as well, but its list of names misses the first
             raise ParameterNotDeclaredException(unknown)
         return [
-            Parameter(each.name, value=doubles(each.value)) if each.name in self.tuning.tunables else each
+            Parameter(each.name, value=doubles(each.value)) if each.name in self.live.described else each
             for each in parameters
         ]
 
@@ -105,7 +105,7 @@ class LiveParameters(Generic[T]):
         if changes and not self._showing:
             try:
                 self._check_open()
-                self.tuning.changed(changes)
+                self.live.changed(changes)
             except ConfigError as error:
                 return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -116,17 +116,13 @@ class LiveParameters(Generic[T]):
             self._accept(changes)
 
 
-def _descriptor(tunable: Tunable) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(
-        description=tunable.description, additional_constraints=tunable.constraint
-    )
-    if tunable.bounded:
+def _descriptor(value: LiveValue) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(description=value.description, additional_constraints=value.constraint)
+    if value.bounded:
         # One-sided ranges do not exist in ROS.
         greatest = sys.float_info.max
         descriptor.floating_point_range = [
-            FloatingPointRange(
-                from_value=max(tunable.lowest, -greatest), to_value=min(tunable.highest, greatest)
-            )
+            FloatingPointRange(from_value=max(value.lowest, -greatest), to_value=min(value.highest, greatest))
         ]
     return descriptor
 

@@ -1,6 +1,7 @@
 """The formation reference: when it changes, how it is blended in, and that its pairs fit each other."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -9,12 +10,16 @@ from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.reference.formation import FormationSchedule
 from relform_core.errors import ConfigError
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.schema import Vector3
 from support.scenarios import paper_scenario, team_of
 
 PERIOD_NS = 50_000_000
 SWITCH = 220
 """Control step at which phase D changes the formation of the paper's scenario."""
-NEW = {"follower_1": (-2.0, -0.25, 0.5), "follower_2": (1.5, 2.0, -0.25)}
+FIXED_RAMP = ("controller.formation_change=null", "controller.formation_ramp_s=1.0")
+"""Overrides: every change takes one second, as in recordings of older versions."""
+RAMPED_PHASE = "phases.3.formation_step=false"
+NEW: dict[str, Vector3] = {"follower_1": (-2.0, -0.25, 0.5), "follower_2": (1.5, 2.0, -0.25)}
 
 
 def config_with(*overrides: str) -> ScenarioConfig:
@@ -47,7 +52,7 @@ def test_the_scenario_changes_the_formation_at_its_phase() -> None:
 
 
 def test_a_ramp_blends_over_its_time_without_a_jump() -> None:
-    schedule = FormationSchedule(config_with("controller.formation_ramp_s=1.0"))
+    schedule = FormationSchedule(config_with(*FIXED_RAMP, RAMPED_PHASE))
     references = follow(schedule, range(SWITCH + 40))[:, 0, 0, 1]
     np.testing.assert_allclose(references[: SWITCH + 1], -0.5)
     np.testing.assert_allclose(references[SWITCH + 10], -0.625)  # half way
@@ -58,7 +63,7 @@ def test_a_ramp_blends_over_its_time_without_a_jump() -> None:
 
 
 def test_the_horizon_sees_the_ramp_that_has_begun() -> None:
-    schedule = FormationSchedule(config_with("controller.formation_ramp_s=1.0"))
+    schedule = FormationSchedule(config_with(*FIXED_RAMP, RAMPED_PHASE))
     references = follow(schedule, range(SWITCH + 30), n_instants=16)
     for ahead in (1, 7, 15):
         later = references[SWITCH + ahead : SWITCH + ahead + 15, :, 0]
@@ -67,7 +72,7 @@ def test_the_horizon_sees_the_ramp_that_has_begun() -> None:
 
 @pytest.mark.parametrize("n_vehicles", [2, 3, 5])
 def test_all_pairs_fit_each_other_at_every_instant(n_vehicles: int) -> None:
-    schedule = FormationSchedule(config_with(*team_of(n_vehicles), "controller.formation_ramp_s=0.7"))
+    schedule = FormationSchedule(config_with(*team_of(n_vehicles), RAMPED_PHASE))
     references = follow(schedule, range(SWITCH + 20), n_instants=16)
     pairs = ordered_pairs(n_vehicles)
     of = {pair: references[:, index] for index, pair in enumerate(pairs)}
@@ -83,13 +88,16 @@ def test_a_request_holds_from_the_next_step_until_the_scenario_changes_the_forma
     schedule.request(NEW)
     np.testing.assert_allclose(schedule.target[0], [-1.0, -0.5, -0.5])  # not before the next step
     references = follow(schedule, range(100, SWITCH + 1))[:, :, 0]
-    np.testing.assert_allclose(references[:-1, 0], np.tile([-2.0, -0.25, 0.5], (SWITCH - 100, 1)))
-    np.testing.assert_allclose(references[0, 3], [3.5, 2.25, -0.75])
+    np.testing.assert_allclose(schedule.target[0], [-1.0, -0.75, -0.5])
+    np.testing.assert_allclose(references[0, 0], [-1.0, -0.5, -0.5])
+    arrived = 100 + 20 * 5  # 3.08 m at 1 m/s take 4.61 s
+    np.testing.assert_allclose(references[100:-1, 0], np.tile([-2.0, -0.25, 0.5], (SWITCH - arrived, 1)))
+    np.testing.assert_allclose(references[100, 3], [3.5, 2.25, -0.75])
     np.testing.assert_allclose(references[-1, 0], [-1.0, -0.75, -0.5])
 
 
 def test_a_request_during_a_ramp_starts_from_where_the_reference_is() -> None:
-    schedule = FormationSchedule(config_with("controller.formation_ramp_s=1.0"))
+    schedule = FormationSchedule(config_with(*FIXED_RAMP, RAMPED_PHASE))
     before = follow(schedule, range(SWITCH + 8))[-1]
     schedule.request(NEW)
     references = follow(schedule, range(SWITCH + 8, SWITCH + 40))
@@ -102,7 +110,135 @@ def test_of_two_requests_the_last_one_counts() -> None:
     schedule = FormationSchedule(config_with())
     schedule.request({"follower_1": (-3.0, 0.0, 0.0), "follower_2": (3.0, 0.0, 0.0)})
     schedule.request(NEW)
-    np.testing.assert_allclose(follow(schedule, range(1))[0, 0, 0], [-2.0, -0.25, 0.5])
+    follow(schedule, range(1))
+    assert schedule.by_follower == NEW
+    np.testing.assert_allclose(schedule.target[0], [-2.0, -0.25, 0.5])
+
+
+@pytest.mark.parametrize("speed_max", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("acceleration_max", [0.5, 1.0, 4.0])
+def test_a_change_keeps_its_bounds_and_is_no_slower_than_they_ask(
+    speed_max: float, acceleration_max: float
+) -> None:
+    schedule = FormationSchedule(
+        config_with(
+            f"controller.formation_change.speed_max_m_s={speed_max}",
+            f"controller.formation_change.acceleration_max_m_s2={acceleration_max}",
+        )
+    )
+    schedule.advance(0)
+    schedule.request(NEW)
+    schedule.advance(PERIOD_NS)
+    time = np.linspace(0.0, 20.0, 20001)
+    places = schedule.reference((time * 1e9).astype(np.int64) + PERIOD_NS)[:2]  # of both followers
+    speed = np.linalg.norm(np.gradient(places, time, axis=1), axis=2)
+    # Away from the ends, where the acceleration jumps and a difference shows half of it.
+    acceleration = np.abs(np.gradient(speed, time, axis=1))
+    assert speed.max() < 1.001 * speed_max
+    assert acceleration.max() < 1.001 * acceleration_max
+    assert max(speed.max() / speed_max, acceleration.max() / acceleration_max) > 0.95
+
+
+def test_a_phase_changes_the_formation_within_the_bounds_unless_it_asks_for_a_step() -> None:
+    schedule = FormationSchedule(config_with(RAMPED_PHASE))
+    references = follow(schedule, range(SWITCH + 40))[:, 0, 0, 1]
+    ramp_steps = math.ceil(20 * math.sqrt(6.0 * 0.25 / 1.0))  # 0.25 m within 1 m/s^2
+    np.testing.assert_allclose(references[: SWITCH + 1], -0.5)
+    assert references[SWITCH + ramp_steps - 1] > -0.75
+    np.testing.assert_allclose(references[SWITCH + ramp_steps :], -0.75)
+
+
+def test_a_request_in_the_middle_of_a_change_continues_the_motion_of_the_reference() -> None:
+    schedule = FormationSchedule(config_with())
+    schedule.request(NEW)
+    before = follow(schedule, range(40))[:, 0, 0]
+    back = {"follower_1": (-1.0, -0.5, -0.5), "follower_2": (-1.0, 0.5, -0.5)}
+    schedule.request(back)
+    after = follow(schedule, range(40, 200))[:, 0, 0]
+    velocity = np.diff(np.concatenate([before, after]), axis=0) / 0.05
+    acceleration = np.diff(velocity, axis=0) / 0.05
+    assert np.linalg.norm(velocity, axis=1).max() < 1.001  # the bounds are 1 m/s and 1 m/s^2
+    assert np.linalg.norm(acceleration, axis=1).max() < 1.01
+    np.testing.assert_allclose(after[-1], back["follower_1"])
+
+
+SWAPPED = {"follower_1": (-1.0, 0.5, -0.5), "follower_2": (-1.0, -0.5, -0.5)}
+TOO_CLOSE = (
+    "'follower_1' and 'follower_2' would come within {} m of each other on the way, "
+    "at least 0.500 m are needed"
+)
+
+
+def test_a_request_with_crossing_paths_changes_nothing() -> None:
+    schedule = FormationSchedule(config_with())
+    follow(schedule, range(10))
+    with pytest.raises(ConfigError) as caught:
+        schedule.request(SWAPPED)
+    problem = TOO_CLOSE.format("0.000")
+    assert str(caught.value) == (f"no way to this formation: {problem}; change it in two steps")
+    references = follow(schedule, range(10, 30))[:, 0, 0]
+    np.testing.assert_allclose(references, np.tile([-1.0, -0.5, -0.5], (20, 1)))
+
+
+def test_a_request_through_the_leader_is_refused() -> None:
+    ahead = {"follower_1": (1.0, 0.5, 0.5), "follower_2": (-1.0, 0.5, -0.5)}
+    with pytest.raises(ConfigError, match=r"'leader' and 'follower_1' would come within 0\.000 m"):
+        FormationSchedule(config_with()).request(ahead)
+
+
+def test_two_steps_around_each_other_are_accepted() -> None:
+    """A change of places that collides along straight lines, through a formation that leaves room."""
+    schedule = FormationSchedule(config_with(RAMPED_PHASE))
+    schedule.request({"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.5, -0.5)})
+    follow(schedule, range(60))
+    schedule.request({"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, -0.5, -0.5)})
+    follow(schedule, range(60, 110))
+    with pytest.raises(ConfigError) as caught:  # the phase that comes next would bring them back
+        schedule.request(SWAPPED)
+    assert str(caught.value) == (
+        f"no way from this formation to that of phase 'D', which comes next: {TOO_CLOSE.format('0.000')}"
+    )
+    follow(schedule, range(110, SWITCH + 60))
+    schedule.request({"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.75, -0.5)})
+    follow(schedule, range(SWITCH + 60, SWITCH + 120))
+    schedule.request({"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, -0.5, -0.5)})
+    follow(schedule, range(SWITCH + 120, SWITCH + 180))
+    schedule.request(SWAPPED)
+    follow(schedule, range(SWITCH + 180, SWITCH + 181))
+    assert schedule.by_follower == SWAPPED
+
+
+def test_what_is_possible_depends_on_where_the_change_under_way_has_got_to() -> None:
+    """Half-way through a change the straight path to a formation may be free that was blocked before."""
+    schedule = FormationSchedule(config_with("phases.3.formation=initial", "phases.4.formation=initial"))
+    aside = {"follower_1": (-1.0, -0.5, 1.5), "follower_2": (-1.0, 0.5, -0.5)}
+    across = {"follower_1": (-1.0, 1.5, -0.5), "follower_2": (-1.0, 0.5, -0.5)}
+    schedule.advance(0)
+    with pytest.raises(ConfigError, match="on the way"):
+        schedule.check(across)
+    schedule.request(aside)
+    follow(schedule, range(1, 41))
+    schedule.check(across)
+
+
+def test_formations_at_the_smallest_distance_can_be_flown_to_and_left() -> None:
+    schedule = FormationSchedule(config_with(RAMPED_PHASE))
+    close = {"follower_1": (-1.3, -0.1, -0.5), "follower_2": (-1.3, 0.4, -0.5)}
+    schedule.request(close)
+    follow(schedule, range(100))
+    schedule.request(NEW)
+    follow(schedule, range(100, 101))
+    assert schedule.by_follower == NEW
+
+
+def test_recordings_of_older_versions_change_the_formation_as_they_did() -> None:
+    """A step, also on crossing paths; or a blend over a fixed time."""
+    step = ("controller.formation_change=null", "controller.formation_ramp_s=0.0")
+    for overrides, n_steps in ((step, 0), (FIXED_RAMP, 20)):
+        schedule = FormationSchedule(config_with(*overrides))
+        schedule.request(SWAPPED)
+        references = follow(schedule, range(30))[:, 0, 0]
+        np.testing.assert_array_equal(references[n_steps:], np.tile([-1.0, 0.5, -0.5], (30 - n_steps, 1)))
 
 
 @pytest.mark.parametrize(

@@ -34,8 +34,11 @@ class HoverForEver:
     def __init__(self, place: Vector3) -> None:
         self._place = np.array(place)
 
-    def set_formation(self, formation: Mapping[str, Vector3]) -> None:
+    def check_formation(self, formation: Mapping[str, Vector3]) -> None:
         raise ConfigError("this mission keeps its formation")
+
+    def set_formation(self, formation: Mapping[str, Vector3]) -> None:
+        self.check_formation(formation)
 
     def advance(self, stamp_ns: int) -> None:
         pass

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory, smooth_step
+from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
 from relform_core.scenario_config import ScenarioConfig
 from support.scenarios import paper_scenario
 
@@ -167,9 +167,3 @@ def test_a_window_outside_the_flight_is_an_error(first: int, count: int, asked: 
     expected = rf"^the leader's reference is known from 0 to 27.75 s \(asked for {asked} s\)$"
     with pytest.raises(ValueError, match=expected):
         LeaderTrajectory(config, N_EXTRA).at(np.arange(first, first + count) * config.period_ns)
-
-
-def test_smooth_step_by_hand() -> None:
-    found = smooth_step(np.array([-1.0, 0.0, 0.5, 1.0, 2.0, 3.0]), 2.0)
-    np.testing.assert_allclose(found, [0.0, 0.0, 0.15625, 0.5, 1.0, 1.0])
-    np.testing.assert_array_equal(smooth_step(np.array([-1e-9, 0.0, 1.0]), 0.0), [0.0, 1.0, 1.0])

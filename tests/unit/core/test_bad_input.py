@@ -101,8 +101,12 @@ def replace_by(value: Any) -> Callable[[Any, Path_], None]:
     return replace
 
 
+OPTIONAL = {"formation_step"}
+"""Keys that a file may leave out."""
+
+
 def is_key(path: Path_, value: Any) -> bool:
-    return isinstance(path[-1], str) and path[-1] != "kind" and not is_named_by_user(path)
+    return isinstance(path[-1], str) and path[-1] not in {"kind", *OPTIONAL} and not is_named_by_user(path)
 
 
 def is_text(_: Path_, value: Any) -> bool:
@@ -266,7 +270,8 @@ OUT_OF_RANGE: dict[str, dict[str, tuple[float, str] | None]] = {
         "solver.kkt_tolerance": POSITIVE,
         "solver.sqp_steps_max": (0, "greater than or equal to 1"),
         "relative_yaw_std_max_deg": (90.5, "less than or equal to 90"),
-        "formation_ramp_s": NOT_NEGATIVE,
+        "formation_change.speed_max_m_s": POSITIVE,
+        "formation_change.acceleration_max_m_s2": POSITIVE,
     },
     "scenarios/paper.yaml": {
         "formations_m.initial.follower_1.*": UNBOUNDED,

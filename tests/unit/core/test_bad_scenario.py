@@ -15,6 +15,7 @@ from support.scenarios import CONFIG_FOLDER, PAPER
 
 VEHICLE = CONFIG_FOLDER / "vehicles/hummingbird.yaml"
 SENSORS = CONFIG_FOLDER / "sensors/paper.yaml"
+CONTROLLER = CONFIG_FOLDER / "controller/retuned.yaml"
 EVENT = "start_s: 1, end_s: 2, target: leader"
 
 
@@ -34,6 +35,11 @@ def problem_of(override: str) -> str:
             f"{VEHICLE} with --set vehicle.rotor_speed_max_rpm: cannot hover: "
             "the rotors carry the weight at 4328 rpm, "
             "which is not within rotor_speed_min_rpm 1200 ... rotor_speed_max_rpm 3000",
+        ),
+        (
+            "controller.formation_ramp_s=1",
+            f"{CONTROLLER} with --set controller.formation_ramp_s: "
+            "exactly one of formation_change and formation_ramp_s must have a value",
         ),
         (
             "sensors.sonar.range_min_m=11",
@@ -84,6 +90,11 @@ def test_sections_that_contradict_themselves(override: str, problem: str) -> Non
         (
             "formations_m.wide={follower_1: [-1, 0, 0]}",
             "formation 'wide' has no position for 'follower_2'",
+        ),
+        (
+            "formations_m.wide={follower_1: [-1, 0.75, -0.5], follower_2: [-1, -0.75, -0.5]}",
+            "phases.3.formation: 'follower_1' and 'follower_2' would come within 0.000 m of each other "
+            "on the way, at least 0.500 m are needed; put a phase with another formation before it",
         ),
         ("phases.0.formation=odd", "phase 'A' flies the unknown formation 'odd', known are initial, wide"),
         (

@@ -9,8 +9,8 @@ import pytest
 from relform_core.errors import ConfigError
 from relform_core.load import load_scenario, load_scenario_text
 from relform_core.scenario_config import Hover, Spiral, Turn
-from relform_core.yaml_files import to_text
-from support.scenarios import CONFIG_FOLDER, PAPER, team_of
+from relform_core.yaml_files import parse_mapping, to_text
+from support.scenarios import CONFIG_FOLDER, PAPER, paper_scenario, team_of
 
 SCENARIOS = sorted((CONFIG_FOLDER / "scenarios").glob("*.yaml"))
 
@@ -49,6 +49,18 @@ def test_phase_starts_do_not_add_up_rounding_errors() -> None:
     config = load_scenario(PAPER, [f"phases=[{phases}]"]).config
     assert config.phase_starts == tuple(range(0, 3000, 3))
     assert config.n_steps == 3000
+
+
+def test_configuration_of_an_older_version() -> None:
+    """It has one time for all changes of formation; no change is refused, as it was flown."""
+    tree = parse_mapping(load_scenario(PAPER).effective_yaml, "paper")
+    del tree["controller"]["formation_change"], tree["phases"][3]["formation_step"]
+    tree["controller"]["formation_ramp_s"] = 0.5
+    tree["formations_m"]["wide"] = {"follower_1": [-1, 0.75, -0.5], "follower_2": [-1, -0.75, -0.5]}
+    loaded = load_scenario_text(to_text(tree), "config.yaml")
+    assert loaded.config.controller.formation_ramp == 0.5
+    assert loaded.config.controller.formation_change is None
+    assert load_scenario_text(loaded.effective_yaml, "config.yaml").config == loaded.config
 
 
 def test_what_follows_from_the_values() -> None:
@@ -185,3 +197,10 @@ def test_all_problems_are_told_at_once() -> None:
         "--set controller.period_s: must be greater than 0 (got -0.05)",
         "--set plant.step: unknown key",
     ]
+
+
+def test_the_fingerprint_depends_on_values_and_seed_only() -> None:
+    assert paper_scenario(seed=1).fingerprint == paper_scenario("vehicle.tilt_max_deg=85", seed=1).fingerprint
+    others = (paper_scenario(seed=2), paper_scenario("vehicle.tilt_max_deg=84", seed=1))
+    assert len({each.fingerprint for each in (paper_scenario(seed=1), *others)}) == 3
+    assert paper_scenario(seed=1).with_seed(2).fingerprint == paper_scenario(seed=2).fingerprint

@@ -11,13 +11,13 @@ from relform_analysis.replay.replay import RecordedFlight, RecordedStep
 from relform_bags.message_types import message_class
 from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
 from relform_core.errors import BagError, MessageError
+from relform_core.live_values import Value
 from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.names import CONFIG_ATTACHMENT, CONTROLLER_NODE, EVENTS, ROTOR_SPEEDS, vehicle_topic
 from relform_core.schema import Vector3
 from relform_core.sensors.sensor import Measurement, Sensor
 from relform_core.telemetry import FormationSet, ParametersSet, StepDecided
-from relform_core.tuning import Value
 from relform_msgs.msg import FormationEvent as FormationEventMsg
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_from_msg

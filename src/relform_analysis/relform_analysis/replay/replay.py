@@ -13,11 +13,11 @@ import numpy as np
 from relform_controller.blas import one_blas_thread
 from relform_controller.estimation.estimator import Waiting
 from relform_controller.formation_controller import FormationController
-from relform_controller.tuning import ControllerTuning
+from relform_controller.live_values import LiveControllerValues
 from relform_core.arrays import Array
+from relform_core.live_values import Value
 from relform_core.load import LoadedScenario
 from relform_core.measurements import RotorCommand, TeamMeasurements
-from relform_core.tuning import Value
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 Formation = Mapping[str, tuple[float, float, float]]
@@ -95,13 +95,13 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
     impose_steps = scenario.config.controller == flight.scenario.config.controller
     with one_blas_thread():
         controller = FormationController(scenario.config)
-        tuning = ControllerTuning.from_scenario(scenario)
+        values = LiveControllerValues.from_scenario(scenario, controller.check_formation)
         for step in flight.steps:
             if step.formation is not None:
                 controller.set_formation(step.formation)
             if step.parameters:
-                tuning = tuning.changed(step.parameters)
-                controller.set_weights(tuning.weights)
+                values = values.changed(step.parameters)
+                controller.set_weights(values.weights)
             decision = controller.step(step.measurements, step.sqp_steps if impose_steps else None)
             commands = {} if isinstance(decision, Waiting) else decision.commands
             plans_equal &= commands.keys() == step.commands.keys() and all(

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from relform_controller.blas import one_blas_thread
 from relform_controller.estimation.estimator import Waiting
 from relform_controller.formation_controller import FormationController
-from relform_controller.tuning import FORMATION, ControllerTuning, by_formation_key
+from relform_controller.live_values import FORMATION, LiveControllerValues, by_formation_key
 from relform_core.errors import ConfigError, MessageError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
@@ -52,8 +52,10 @@ class ControllerNode:
         self._me = me
         self._telemetry = (me.state, me.solver, me.reference, me.events)
         """No vehicle waits for these topics."""
-        self._parameters = LiveParameters(node, ControllerTuning.from_scenario(scenario))
         self._controller = FormationController(config)
+        self._parameters = LiveParameters(
+            node, LiveControllerValues.from_scenario(scenario, self._controller.check_formation)
+        )
         self._next_step = 0
         """The first step that was not decided yet; there a change takes effect."""
         self._solver_states: Counter[SolverState] = Counter()
@@ -124,14 +126,14 @@ class ControllerNode:
     def _apply_parameters(self, step: int) -> None:
         """Apply what was changed since the last decision, and publish it as events."""
         changes = self._parameters.take()
-        tuning = self._parameters.tuning
+        live = self._parameters.live
         weights = {key: value for key, value in changes.items() if not key.startswith(FORMATION)}
         if weights:
-            self._controller.set_weights(tuning.weights)
+            self._controller.set_weights(live.weights)
             self._pacing.publish(self._me.events, self._event(step, ParametersSet(weights)))
         if len(changes) > len(weights):
-            self._controller.set_formation(tuning.formation)
-            self._pacing.publish(self._me.events, self._event(step, FormationSet(tuning.formation)))
+            self._controller.set_formation(live.formation)
+            self._pacing.publish(self._me.events, self._event(step, FormationSet(live.formation)))
 
     def _publish_telemetry(self, decision: Decision, inputs: tuple[tuple[str, int], ...]) -> None:
         step, stamp_ns = decision.step, decision.stamp_ns
@@ -153,8 +155,6 @@ class ControllerNode:
     ) -> SetFormation.Response:
         try:
             formation = formation_from_msgs(request.formation, self._team)
-            if problem := self._config.formation_problem(formation):
-                raise ConfigError(f"formation {problem}")
             self._parameters.change(by_formation_key(formation))
         except (ConfigError, MessageError) as error:
             response.success = False

@@ -1,15 +1,16 @@
 """The formation reference: which shape the team shall have, and how a new one is blended in."""
 
-import itertools
 from collections.abc import Mapping
+from typing import overload
 
 import numpy as np
 
 from relform_controller.ocp.layout import ordered_pairs
-from relform_controller.reference.trajectory import smooth_step
 from relform_core.arrays import Array, Integers
+from relform_core.blend import Blend
 from relform_core.errors import ConfigError
-from relform_core.scenario_config import ScenarioConfig
+from relform_core.formation_change import FormationChanges
+from relform_core.scenario_config import PhaseConfig, ScenarioConfig
 from relform_core.schema import Vector3
 
 
@@ -20,18 +21,17 @@ class FormationSchedule:
     """
 
     def __init__(self, config: ScenarioConfig) -> None:
-        self._team = config.team
-        self._pairs = ordered_pairs(len(self._team.vehicles))
         self._config = config
-        self._period = config.controller.period
-        self._period_ns = config.period_ns
-        self._ramp = config.controller.formation_ramp
-        self._by_stamp = _formation_starts(config)
+        self._pairs = ordered_pairs(len(config.team.vehicles))
+        self._changes = FormationChanges(config)
         self.by_follower: Mapping[str, Vector3] = config.formations[config.phases[0].formation]
         """The present formation: position of each follower relative to the leader [m]."""
-        self._target = self._pair_positions(self.by_follower)
-        self._previous = self._target
+        self._places = self._changes.at_rest(self.by_follower)
+        """Of all vehicles in {mc} of the leader."""
+        target = self._of_pairs(self._places.target)
+        self._reference = Blend(target, np.zeros_like(target), target, 0.0)
         self._changed_ns = 0
+        self._next_ns = 0
         self._requested: Mapping[str, Vector3] | None = None
 
     def request(self, formation: Mapping[str, Vector3]) -> None:
@@ -42,43 +42,62 @@ class FormationSchedule:
         Raises:
             ConfigError: the team cannot fly it; the message says why.
         """
+        self.check(formation)
+        self._requested = dict(formation)
+
+    def check(self, formation: Mapping[str, Vector3]) -> None:
+        """Check a request without making it; arguments and errors are those of ``request``."""
         if problem := self._config.formation_problem(formation):
             raise ConfigError(f"formation {problem}")
-        self._requested = dict(formation)
+        change = self._changes.begin(self._places, self._since_change(self._next_ns), formation)
+        too_close = self._changes.problem(change, self._next_ns // self._config.period_ns)
+        if too_close is not None:
+            if too_close.phase is None:
+                raise ConfigError(f"no way to this formation: {too_close}; change it in two steps")
+            name = too_close.phase.name
+            raise ConfigError(
+                f"no way from this formation to that of phase '{name}', which comes next: {too_close}"
+            )
 
     def advance(self, stamp_ns: int) -> None:
         """Apply what the scenario or a request changes at the control step of this instant [ns]."""
-        formation = self._by_stamp.get(stamp_ns) if self._requested is None else self._requested
+        phase = self._changes.by_step.get(stamp_ns // self._config.period_ns)
+        if self._requested is not None:
+            self._begin(stamp_ns, self._requested, None)
+        elif phase is not None:
+            self._begin(stamp_ns, self._config.formations[phase.formation], phase)
         self._requested = None
-        if formation is not None:
-            self._previous = self.reference(np.array([stamp_ns]))[:, 0]
-            self.by_follower = formation
-            self._target = self._pair_positions(formation)
-            self._changed_ns = stamp_ns
+        self._next_ns = stamp_ns + self._config.period_ns
 
     @property
     def target(self) -> Array:
         """The present formation without its ramp, shape (pair, 3)."""
-        return self._target
+        return self._reference.target
 
     def reference(self, stamps_ns: Integers) -> Array:
         """What to track at these instants [ns], a new formation blended in; shape (pair, instant, 3)."""
-        since_change = (stamps_ns - self._changed_ns) / self._period_ns * self._period
-        share = smooth_step(since_change, self._ramp)[:, None]
-        return self._previous[:, None] + (self._target - self._previous)[:, None] * share
+        return self._reference.at(self._since_change(stamps_ns))
 
-    def _pair_positions(self, formation: Mapping[str, Vector3]) -> Array:
-        by_vehicle = {self._team.leader: (0.0, 0.0, 0.0), **formation}
-        places = np.array([by_vehicle[name] for name in self._team.vehicles])
-        return np.array([places[j] - places[i] for i, j in self._pairs])
-
-
-def _formation_starts(config: ScenarioConfig) -> dict[int, Mapping[str, Vector3]]:
-    """The formation of each phase that changes it, by the instant at which the phase starts [ns]."""
-    return {
-        step * config.period_ns: config.formations[phase.formation]
-        for step, (before, phase) in zip(
-            config.phase_starts[1:], itertools.pairwise(config.phases), strict=True
+    def _begin(self, stamp_ns: int, formation: Mapping[str, Vector3], phase: PhaseConfig | None) -> None:
+        start = self.reference(np.array([stamp_ns]))[:, 0]
+        self._places = self._changes.begin(self._places, self._since_change(stamp_ns), formation, phase)
+        self._reference = Blend(
+            start,
+            self._of_pairs(self._places.velocity),
+            self._of_pairs(self._places.target),
+            self._places.duration,
         )
-        if phase.formation != before.formation
-    }
+        self._changed_ns = stamp_ns
+        self.by_follower = formation
+
+    @overload
+    def _since_change(self, stamps_ns: int) -> float: ...
+    @overload
+    def _since_change(self, stamps_ns: Integers) -> Array: ...
+    def _since_change(self, stamps_ns: int | Integers) -> float | Array:
+        """Time since the present change began [s]."""
+        return (stamps_ns - self._changed_ns) / self._config.period_ns * self._config.controller.period
+
+    def _of_pairs(self, by_vehicle: Array) -> Array:
+        """Target minus observer, shape (pair, 3)."""
+        return np.array([by_vehicle[j] - by_vehicle[i] for i, j in self._pairs])

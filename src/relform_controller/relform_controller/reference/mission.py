@@ -32,6 +32,9 @@ class Mission(Protocol):
     def formation(self) -> Mapping[str, Vector3]:
         """The present formation without its ramp: each follower relative to the leader [m]."""
 
+    def check_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """Check a request without making it; arguments and errors are those of ``set_formation``."""
+
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """Fly another formation from the next control step on.
 
@@ -64,6 +67,10 @@ class ScenarioMission:
     def formation(self) -> Mapping[str, Vector3]:
         """See ``Mission``."""
         return self._schedule.by_follower
+
+    def check_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """See ``Mission``."""
+        self._schedule.check(formation)
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``."""

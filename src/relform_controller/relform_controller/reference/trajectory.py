@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_core.arrays import Array, Integers
+from relform_core.blend import smooth_step
 from relform_core.scenario_config import Hover, Motion, ScenarioConfig, Spiral, Straight, Turn
 from relform_core.units import NANOSECONDS_PER_SECOND
 
@@ -108,12 +109,6 @@ def _phase_profile(motion: Motion, time: Array, entry: Array) -> Array:
 
 def _blend(entry: Array, target: Array, time: Array, ramp: float) -> Array:
     return entry[:, None] + (target - entry)[:, None] * smooth_step(time, ramp)
-
-
-def smooth_step(time: Array, ramp: float) -> Array:
-    """From 0 at time 0 to 1 at ``ramp``, without slope at either end; a step where ``ramp`` is 0."""
-    x = np.clip(time / ramp, 0.0, 1.0) if ramp > 0.0 else (time >= 0.0).astype(np.float64)
-    return x * x * (3.0 - 2.0 * x)
 
 
 def _integral(rate: Array, step: float) -> Array:

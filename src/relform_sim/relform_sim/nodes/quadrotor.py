@@ -7,12 +7,12 @@ import rclpy
 from rclpy.node import Node
 
 from relform_core.errors import ConfigError
+from relform_core.live_values import live_vehicle_values
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.names import GROUND_TRUTH, ROTOR_SPEEDS, VEHICLE_NODE, vehicle_topic
 from relform_core.roster import Roster
 from relform_core.telemetry import Event, FaultReported, ParametersSet, PerStep
-from relform_core.tuning import vehicle_tuning
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
@@ -38,7 +38,7 @@ class Quadrotor:
         self._n_steps = config.n_steps
         self._sensors = config.sensors_of(self._name)
         self._vehicle = Vehicle(config, scenario.seed, self._name)
-        self._parameters = LiveParameters(node, vehicle_tuning(scenario))
+        self._parameters = LiveParameters(node, live_vehicle_values(scenario))
         self._pacing = pacing
         self._events = roster.commander(self._name).events
         self._command_topic = vehicle_topic(self._name, ROTOR_SPEEDS)
@@ -70,7 +70,7 @@ class Quadrotor:
     def _apply_parameters(self, step: int) -> None:
         """Apply what was changed since the last step, and publish it as an event."""
         if changes := self._parameters.take():
-            self._vehicle.set_limits(self._parameters.tuning.config)
+            self._vehicle.set_limits(self._parameters.live.config)
             self._publish_event(step, ParametersSet(changes))
         if step == self._n_steps:
             self._parameters.close()

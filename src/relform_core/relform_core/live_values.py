@@ -1,4 +1,4 @@
-"""Values of the configuration that may be changed in flight, in the keys, units and bounds of its files."""
+"""Live values: values of the configuration that may be changed in flight, by the keys of its files."""
 
 import copy
 import math
@@ -22,8 +22,8 @@ S = TypeVar("S", bound=Schema)
 
 
 @dataclass(frozen=True)
-class Tunable:
-    """What there is to say about one value."""
+class LiveValue:
+    """What a user must know about one live value."""
 
     description: str
     lowest: float = -math.inf
@@ -37,27 +37,27 @@ class Tunable:
         return self.lowest > -math.inf or self.highest < math.inf
 
 
-class Tuning(Protocol):
-    """Values that may be changed in flight, some or all at once; immutable."""
+class LiveValues(Protocol):
+    """Values that may be changed in flight, one or several at a time; an object itself does not change."""
 
     @property
-    def tunables(self) -> Mapping[str, Tunable]:
+    def described(self) -> Mapping[str, LiveValue]:
         """What can be changed, by dotted key."""
 
     @property
     def values(self) -> Mapping[str, Value]:
-        """What holds now, by dotted key."""
+        """The present values, by dotted key."""
 
     def changed(self, changes: Mapping[str, Value]) -> Self:
-        """All the same but for these values.
+        """The same with other values for some keys.
 
         Raises:
             ConfigError: one line: a key, what it must be, what it is.
         """
 
 
-class SectionTuning(Generic[S]):
-    """Some numbers of a section of the configuration, such as ``weights.formation_per_m2`` of a controller.
+class LiveSection(Generic[S]):
+    """Live numbers of a section of the configuration, such as ``weights.formation_per_m2`` of a controller.
 
     Args:
         schema: of the section.
@@ -68,14 +68,14 @@ class SectionTuning(Generic[S]):
     def __init__(self, schema: type[S], written: Mapping[str, Any], keys: Iterable[str]) -> None:
         self._schema = schema
         self._written = written
-        self.tunables: Mapping[str, Tunable] = {key: _tunable(schema, key) for key in keys}
+        self.described: Mapping[str, LiveValue] = {key: _described(schema, key) for key in keys}
         try:
             self.config = schema.model_validate_json(to_json(written, inf_nan_mode="constants"))
         except ValidationError as error:
             raise ConfigError("; ".join(explain(error, written, Origins("")).splitlines())) from None
-        self.values: Mapping[str, Value] = {key: float(_get(written, key)) for key in self.tunables}
+        self.values: Mapping[str, Value] = {key: float(_get(written, key)) for key in self.described}
 
-    def changed(self, changes: Mapping[str, Value]) -> "SectionTuning[S]":
+    def changed(self, changes: Mapping[str, Value]) -> "LiveSection[S]":
         """The same section with other values.
 
         Raises:
@@ -83,11 +83,11 @@ class SectionTuning(Generic[S]):
         """
         written = copy.deepcopy(dict(self._written))
         for key, value in changes.items():
-            if key not in self.tunables:
+            if key not in self.described:
                 raise ConfigError(f"{key}: cannot be changed in flight")
             *parents, last = key.split(".")
             _get(written, ".".join(parents))[last] = value
-        return SectionTuning(self._schema, written, self.tunables)
+        return LiveSection(self._schema, written, self.described)
 
 
 def section_keys(prefix: str, schema: type[Schema]) -> tuple[str, ...]:
@@ -95,10 +95,10 @@ def section_keys(prefix: str, schema: type[Schema]) -> tuple[str, ...]:
     return tuple(f"{prefix}.{field.alias or name}" for name, field in schema.model_fields.items())
 
 
-def vehicle_tuning(scenario: LoadedScenario) -> SectionTuning[VehicleConfig]:
-    """What may be changed on a vehicle in flight: the limits of its failsafe, and the one of its tilt."""
+def live_vehicle_values(scenario: LoadedScenario) -> LiveSection[VehicleConfig]:
+    """The live values of a vehicle: the limits of its failsafe and of its tilt."""
     keys = ("tilt_max_deg", *section_keys("failsafe", FailsafeConfig))
-    return SectionTuning(VehicleConfig, scenario.written["vehicle"], keys)
+    return LiveSection(VehicleConfig, scenario.written["vehicle"], keys)
 
 
 def _get(written: Mapping[str, Any], key: str) -> Any:
@@ -108,7 +108,7 @@ def _get(written: Mapping[str, Any], key: str) -> Any:
     return value
 
 
-def _tunable(schema: type[Schema], key: str) -> Tunable:
+def _described(schema: type[Schema], key: str) -> LiveValue:
     *parents, last = key.split(".")
     for parent in parents:
         section = _field(schema, parent).annotation
@@ -122,7 +122,7 @@ def _tunable(schema: type[Schema], key: str) -> Tunable:
             name: getattr(constraint, name) for name in ("gt", "ge", "lt", "le") if hasattr(constraint, name)
         }
     words = {"gt": "greater than", "lt": "less than"}
-    return Tunable(
+    return LiveValue(
         description=" ".join((field.description or "").split()),
         lowest=max(bounds.get("gt", -math.inf), bounds.get("ge", -math.inf)),
         highest=min(bounds.get("lt", math.inf), bounds.get("le", math.inf)),

@@ -4,23 +4,24 @@ import math
 
 import pytest
 
-from relform_controller.tuning import ControllerTuning
+from relform_controller.live_values import LiveControllerValues
+from relform_controller.reference.mission import ScenarioMission
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError
-from relform_core.tuning import Tuning, Value, vehicle_tuning
+from relform_core.live_values import LiveValues, Value, live_vehicle_values
 from relform_core.vehicle_config import FailsafeConfig
 from support.scenarios import paper_scenario
 
 SCENARIO = paper_scenario("controller.weights.torque_per_n2_m2=7", "vehicle.tilt_max_deg=60")
-CONTROLLER = ControllerTuning.from_scenario(SCENARIO)
-VEHICLE = vehicle_tuning(SCENARIO)
+CONTROLLER = LiveControllerValues.from_scenario(SCENARIO, ScenarioMission(SCENARIO.config).check_formation)
+VEHICLE = live_vehicle_values(SCENARIO)
 
 
 def test_the_keys_are_those_of_the_files() -> None:
     weights = {f"weights.{key}" for key in SCENARIO.written["controller"]["weights"]}
-    assert set(CONTROLLER.tunables) == weights | {"formation.follower_1", "formation.follower_2"}
+    assert set(CONTROLLER.described) == weights | {"formation.follower_1", "formation.follower_2"}
     limits = {f"failsafe.{key}" for key in SCENARIO.written["vehicle"]["failsafe"]}
-    assert set(VEHICLE.tunables) == limits | {"tilt_max_deg"}
+    assert set(VEHICLE.described) == limits | {"tilt_max_deg"}
 
 
 def test_the_values_are_those_of_the_scenario_in_the_units_of_its_keys() -> None:
@@ -33,14 +34,14 @@ def test_the_values_are_those_of_the_scenario_in_the_units_of_its_keys() -> None
 
 
 def test_descriptions_and_bounds_are_those_of_the_schema() -> None:
-    torque = CONTROLLER.tunables["weights.torque_per_n2_m2"]
+    torque = CONTROLLER.described["weights.torque_per_n2_m2"]
     assert torque.description == WeightsConfig.model_fields["torque"].description
     assert (torque.lowest, torque.highest, torque.constraint) == (0.0, 1e6, "")
-    speed = VEHICLE.tunables["failsafe.descent_speed_m_s"]
+    speed = VEHICLE.described["failsafe.descent_speed_m_s"]
     assert speed.description == FailsafeConfig.model_fields["descent_speed"].description
     assert (speed.lowest, speed.highest, speed.constraint) == (0.0, 3.0, "greater than 0")
-    assert all(each.description for each in (*CONTROLLER.tunables.values(), *VEHICLE.tunables.values()))
-    assert "0.5 m apart" in CONTROLLER.tunables["formation.follower_1"].constraint
+    assert all(each.description for each in (*CONTROLLER.described.values(), *VEHICLE.described.values()))
+    assert "0.5 m apart" in CONTROLLER.described["formation.follower_1"].constraint
 
 
 def test_a_change_gives_what_a_file_with_these_values_gives() -> None:
@@ -66,7 +67,7 @@ def test_changes_add_up_and_leave_what_was_there_as_it_was() -> None:
 
 
 @pytest.mark.parametrize(
-    ("tuning", "key", "value", "problem"),
+    ("live", "key", "value", "problem"),
     [
         (CONTROLLER, "weights.formation_per_m2", 0.0, "must be greater than 0 (got 0.0)"),
         (CONTROLLER, "weights.torque_per_n2_m2", -1.5, "must be greater than or equal to 0 (got -1.5)"),
@@ -83,11 +84,11 @@ def test_changes_add_up_and_leave_what_was_there_as_it_was() -> None:
     ],
 )
 def test_a_bad_value_is_refused_in_one_line_even_among_good_ones(
-    tuning: Tuning, key: str, value: Value, problem: str
+    live: LiveValues, key: str, value: Value, problem: str
 ) -> None:
-    good = next(each for each in tuning.tunables if each != key)
+    good = next(each for each in live.described if each != key)
     with pytest.raises(ConfigError) as error:
-        tuning.changed({good: tuning.values[good], key: value})
+        live.changed({good: live.values[good], key: value})
     assert str(error.value) == f"{key}: {problem}"
 
 
@@ -104,18 +105,25 @@ def test_a_formation_that_cannot_be_flown_is_refused(place: tuple[float, ...], p
     assert str(error.value).startswith(problem)
 
 
-def test_followers_can_change_places_at_once_but_not_one_by_one() -> None:
-    places = {"formation.follower_1": (-1.0, 0.5, -0.5), "formation.follower_2": (-1.0, -0.5, -0.5)}
-    swapped = CONTROLLER.changed(places)
-    assert swapped.formation["follower_1"] == CONTROLLER.formation["follower_2"]
+def test_several_places_change_together() -> None:
+    """Each of the two changes alone would bring the followers too close to each other."""
+    places = {"formation.follower_1": (-1.0, 0.25, -0.5), "formation.follower_2": (-1.0, 1.25, -0.5)}
+    changed = CONTROLLER.changed(places)
+    assert changed.values["formation.follower_1"] == (-1.0, 0.25, -0.5)
     with pytest.raises(ConfigError, match="apart"):
         CONTROLLER.changed({"formation.follower_1": places["formation.follower_1"]})
+
+
+def test_followers_cannot_change_places_along_straight_lines() -> None:
+    places = {"formation.follower_1": (-1.0, 0.5, -0.5), "formation.follower_2": (-1.0, -0.5, -0.5)}
+    with pytest.raises(ConfigError) as error:
+        CONTROLLER.changed(places)
+    assert str(error.value) == (
+        "no way to this formation: 'follower_1' and 'follower_2' would come within "
+        "0.000 m of each other on the way, at least 0.500 m are needed; change it in two steps"
+    )
+
+
+def test_a_place_of_an_unknown_follower() -> None:
     with pytest.raises(ConfigError, match="names 'ufo', which is no follower"):
         CONTROLLER.changed({"formation.ufo": (3.0, 0.0, 0.0)})
-
-
-def test_the_fingerprint_tells_flights_apart_however_they_are_written() -> None:
-    assert paper_scenario(seed=1).fingerprint == paper_scenario("vehicle.tilt_max_deg=85", seed=1).fingerprint
-    others = (paper_scenario(seed=2), paper_scenario("vehicle.tilt_max_deg=84", seed=1))
-    assert len({each.fingerprint for each in (paper_scenario(seed=1), *others)}) == 3
-    assert paper_scenario(seed=1).with_seed(2).fingerprint == paper_scenario(seed=2).fingerprint

@@ -1,66 +1,80 @@
-"""What of the controller may be changed in flight: weights of the cost, and the formation."""
+"""The live values of the controller: weights of the cost, and the formation."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from relform_core.controller_config import ControllerConfig, WeightsConfig
 from relform_core.errors import ConfigError
+from relform_core.live_values import LiveSection, LiveValue, Value, section_keys
 from relform_core.load import LoadedScenario
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
-from relform_core.tuning import SectionTuning, Tunable, Value, section_keys
 
 FORMATION = "formation."
 """What the keys of the formation begin with; a follower's name comes next."""
 
 
-class ControllerTuning:
+CheckFormation = Callable[[Mapping[str, Vector3]], None]
+"""Raises a ConfigError for a formation that the team cannot fly from the next step on."""
+
+
+class LiveControllerValues:
     """``weights.<key>`` as in the controller's configuration, ``formation.<follower>`` as in a formation."""
 
     def __init__(
         self,
         scenario: ScenarioConfig,
-        controller: SectionTuning[ControllerConfig],
+        controller: LiveSection[ControllerConfig],
         formation: Mapping[str, Vector3],
+        check_formation: CheckFormation,
     ) -> None:
         """Use ``from_scenario``."""
         self._scenario = scenario
         self._controller = controller
         self.formation = formation
         """Position of each follower relative to the leader [m]."""
+        self._check_formation = check_formation
 
     @classmethod
-    def from_scenario(cls, scenario: LoadedScenario) -> "ControllerTuning":
-        """What a scenario starts with."""
+    def from_scenario(
+        cls, scenario: LoadedScenario, check_formation: CheckFormation
+    ) -> "LiveControllerValues":
+        """The values that a scenario starts with.
+
+        Args:
+            scenario: names weights and formation.
+            check_formation: the one check of a new formation, normally that of the flight's mission.
+        """
         config = scenario.config
         keys = section_keys("weights", WeightsConfig)
         return cls(
             config,
-            SectionTuning(ControllerConfig, scenario.written["controller"], keys),
+            LiveSection(ControllerConfig, scenario.written["controller"], keys),
             config.formations[config.phases[0].formation],
+            check_formation,
         )
 
     @property
     def weights(self) -> WeightsConfig:
-        """Of the cost."""
+        """Weights of the cost."""
         return self._controller.config.weights
 
     @property
-    def tunables(self) -> Mapping[str, Tunable]:
+    def described(self) -> Mapping[str, LiveValue]:
         """What can be changed, by dotted key."""
-        separation_min = 2.0 * self._scenario.vehicle.collision_radius
-        place = Tunable(
+        apart = f"any two vehicles at least {self._scenario.separation_min:g} m apart"
+        place = LiveValue(
             description=ScenarioConfig.model_fields["formations"].description or "",
-            constraint=f"3 finite numbers, any two vehicles at least {separation_min:g} m apart",
+            constraint=f"3 finite numbers, {apart}, on the way to it too",
         )
-        return {**self._controller.tunables, **dict.fromkeys(map(formation_key, self.formation), place)}
+        return {**self._controller.described, **dict.fromkeys(map(formation_key, self.formation), place)}
 
     @property
     def values(self) -> Mapping[str, Value]:
-        """What holds now, by dotted key."""
+        """The present values, by dotted key."""
         return {**self._controller.values, **by_formation_key(self.formation)}
 
-    def changed(self, changes: Mapping[str, Value]) -> "ControllerTuning":
-        """All the same but for these values.
+    def changed(self, changes: Mapping[str, Value]) -> "LiveControllerValues":
+        """The same with other values for some keys.
 
         Raises:
             ConfigError: one line: a key, what it must be, what it is.
@@ -70,9 +84,10 @@ class ControllerTuning:
         for key, value in changes.items():
             if key.startswith(FORMATION):
                 formation[key.removeprefix(FORMATION)] = _place(key, value)
-        if formation != self.formation and (problem := self._scenario.formation_problem(formation)):
-            raise ConfigError(f"formation {problem}")
-        return ControllerTuning(self._scenario, self._controller.changed(weights), formation)
+        if formation != self.formation:
+            self._check_formation(formation)
+        controller = self._controller.changed(weights)
+        return LiveControllerValues(self._scenario, controller, formation, self._check_formation)
 
 
 def formation_key(follower: str) -> str:
