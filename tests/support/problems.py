@@ -10,6 +10,9 @@ from scipy.spatial.transform import Rotation
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody, rk4_step
 from relform_controller.ocp.problem import HorizonReference, Ocp, TeamGeometry
+from relform_controller.ocp.terms.registry import make_terms
+from relform_controller.solver.dense.rti import RealTimeIteration
+from relform_controller.solver.kernels import Kernels
 from relform_core.scenario_config import ScenarioConfig
 from support.scenarios import paper_scenario, team_of
 from support.world import Array, random_team
@@ -68,6 +71,17 @@ def random_problem(seed: int, n_vehicles: int, *overrides: str, disturbance: flo
     )
     applied = config.vehicle.hover_thrust + generator.uniform(-0.3, 0.3, (n_vehicles, layout.N_INPUT))
     return Problem(config, poses, np.array([vehicle.state_I() for vehicle in team]), reference, applied)
+
+
+def kernels_of(ocp: Ocp) -> Kernels:
+    """The compiled functions of a problem with the terms of the registry."""
+    return Kernels(ocp, make_terms(ocp))
+
+
+def rti_of(ocp: Ocp) -> RealTimeIteration:
+    """The dense solver of a problem with the terms of the registry."""
+    terms = make_terms(ocp)
+    return RealTimeIteration(ocp, terms, Kernels(ocp, terms))
 
 
 @cache

@@ -11,8 +11,10 @@ from relform_controller.estimation.registry import make_estimator
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angle
 from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, Prediction
+from relform_controller.ocp.terms.registry import make_terms
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
 from relform_controller.solver.algorithm import ModifiedRti
+from relform_controller.solver.dense.rti import RealTimeIteration
 from relform_controller.solver.kernels import Kernels
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import FlightError
@@ -54,8 +56,15 @@ class FormationController:
         self._mission = ScenarioMission(config) if mission is None else mission
         self._estimator = make_estimator(config) if estimator is None else estimator
         hover_thrust = config.vehicle.hover_thrust
+        terms = make_terms(self._ocp)
+        kernels = Kernels(self._ocp, terms)
         self._solver = ModifiedRti(
-            self._ocp, Kernels(self._ocp), config.controller.solver, hover_thrust, clock
+            self._ocp,
+            RealTimeIteration(self._ocp, terms, kernels),
+            kernels.predict,
+            config.controller.solver,
+            hover_thrust,
+            clock,
         )
         self._horizon_ns = np.arange(self._ocp.n_stages + 1) * self._period_ns
         self._prediction: Prediction | None = None

@@ -1,30 +1,55 @@
 """Derivatives of the model and of all residuals against differences of a simulation in the world frame."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 from relform_controller.ocp import layout
-from relform_controller.ocp.cost import CostLinearization, NetAcceleration, TeamCost
 from relform_controller.ocp.problem import Plan
-from relform_controller.solver.dense.condensing import StateMaps, condense
+from relform_controller.ocp.terms.registry import make_terms
+from relform_controller.ocp.terms.term import Expansion, Instance, Term
+from relform_controller.solver.dense.condensing import StateMaps
+from relform_controller.solver.dense.cost import CondensedCost
+from relform_controller.solver.dense.rti import expand
 from relform_controller.solver.kernels import Kernels
-from support.problems import Problem, random_problem, random_thrusts_of_team, residual, simulate, weights
+from support.problems import (
+    Problem,
+    kernels_of,
+    random_problem,
+    random_thrusts_of_team,
+    residual,
+    simulate,
+    weights,
+)
 from support.world import Array
 
 STEP = 1e-5
 
 
-def linearize(problem: Problem, guess: Plan) -> tuple[TeamCost, StateMaps, CostLinearization]:
-    """As RealTimeIteration.prepare does."""
+@dataclass(frozen=True, eq=False)
+class Linearized:
+    """The cost around a guess, as the dense solver has it."""
+
+    cost: CondensedCost
+    expansion: Expansion
+    maps: StateMaps
+    jacobian: Array
+
+    def residual(self, problem: Problem, state_deviation: Array) -> Array:
+        instance = Instance(
+            state_deviation, problem.poses.geometry(), problem.reference, problem.applied_thrusts
+        )
+        return self.cost.residual(self.expansion, instance)
+
+
+def linearize(problem: Problem, guess: Plan, terms: Sequence[Term] | None = None) -> Linearized:
     ocp = problem.ocp
-    kernels = Kernels(ocp)
-    outputs = kernels.vehicle_stage(guess.states[:, :-1], guess.thrusts)
-    following, A, B, *acceleration = (
-        output.reshape(ocp.n_vehicles, ocp.n_stages, *output.shape[1:]).copy() for output in outputs
-    )
-    maps = condense(A, B, following - guess.states[:, 1:])
-    cost = TeamCost(ocp, kernels)
-    return cost, maps, cost.linearize(guess, problem.poses.geometry(), maps, NetAcceleration(*acceleration))
+    terms = make_terms(ocp) if terms is None else terms
+    cost = CondensedCost(ocp, terms)
+    expansion, maps = expand(ocp, Kernels(ocp, terms), guess, problem.poses.geometry())
+    return Linearized(cost, expansion, maps, cost.jacobian(expansion, maps))
 
 
 def feasible_guess(problem: Problem, seed: int) -> Plan:
@@ -39,7 +64,7 @@ CASES = [(1, 2), (2, 3), (3, 4)]
 def test_derivatives_of_one_stage(seed: int, n_vehicles: int) -> None:
     problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6")
     ocp, guess = problem.ocp, feasible_guess(problem, seed)
-    following, A, B, *_ = Kernels(ocp).vehicle_stage(guess.states[:, :-1], guess.thrusts)
+    following, A, B, *_ = kernels_of(ocp).vehicle_stage(guess.states[:, :-1], guess.thrusts)
     states, thrusts = (
         guess.states[:, :-1].reshape(-1, layout.N_STATE),
         guess.thrusts.reshape(-1, layout.N_INPUT),
@@ -69,16 +94,10 @@ def test_residuals_and_their_gauss_newton_jacobian(seed: int, n_vehicles: int) -
         seed, n_vehicles, "controller.horizon_steps=6", "controller.weights.thrust_rate_per_n2=0.7"
     )
     guess = feasible_guess(problem, seed)
-    cost, _, linearization = linearize(problem, guess)
-    found = cost.residual(
-        linearization,
-        np.zeros_like(guess.states),
-        problem.poses.geometry(),
-        problem.reference,
-        problem.applied_thrusts,
-    )
+    linearized = linearize(problem, guess)
+    found = linearized.residual(problem, np.zeros_like(guess.states))
     np.testing.assert_allclose(found, residual(problem, problem.initial_states, guess.thrusts), atol=1e-11)
-    np.testing.assert_allclose(cost.weights, weights(problem))
+    np.testing.assert_allclose(linearized.cost.weights, weights(problem))
 
     flat = guess.thrusts.reshape(-1)
 
@@ -86,7 +105,7 @@ def test_residuals_and_their_gauss_newton_jacobian(seed: int, n_vehicles: int) -
         return residual(problem, problem.initial_states, thrusts.reshape(guess.thrusts.shape))
 
     slopes = [(at(flat + delta) - at(flat - delta)) / (2 * STEP) for delta in np.eye(flat.size) * STEP]
-    np.testing.assert_allclose(linearization.jacobian, np.array(slopes).T, atol=2e-7)
+    np.testing.assert_allclose(linearized.jacobian, np.array(slopes).T, atol=2e-7)
 
 
 @pytest.mark.parametrize(("seed", "n_vehicles"), CASES)
@@ -94,21 +113,11 @@ def test_residuals_to_first_order_in_the_initial_state(seed: int, n_vehicles: in
     """What the embedding of a measurement relies on."""
     problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6")
     guess = feasible_guess(problem, seed)
-    cost, maps, linearization = linearize(problem, guess)
+    linearized = linearize(problem, guess)
     directions = np.random.default_rng(seed).uniform(-1.0, 1.0, (10, *problem.initial_states.shape))
     for direction in directions:
-        change = cost.residual(
-            linearization,
-            maps.free_response(direction),
-            problem.poses.geometry(),
-            problem.reference,
-            problem.applied_thrusts,
-        ) - cost.residual(
-            linearization,
-            np.zeros_like(guess.states),
-            problem.poses.geometry(),
-            problem.reference,
-            problem.applied_thrusts,
+        change = linearized.residual(problem, linearized.maps.free_response(direction)) - linearized.residual(
+            problem, np.zeros_like(guess.states)
         )
         ahead, behind = (
             residual(problem, problem.initial_states + sign * STEP * direction, guess.thrusts)

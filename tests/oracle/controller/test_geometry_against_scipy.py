@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_controller.ocp.problem import relative_position
+from relform_controller.ocp.terms.formation import relative_position
 
 
 def evaluate(*values: object) -> np.ndarray:

@@ -14,10 +14,9 @@ import pytest
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
-from relform_controller.solver.dense.rti import RealTimeIteration, SqpStep
-from relform_controller.solver.kernels import Kernels
+from relform_controller.solver.solver import SqpStep
 from relform_controller.solver.warm_start import hover_plan
-from support.problems import Problem, random_problem
+from support.problems import Problem, random_problem, rti_of
 from support.world import Array
 
 
@@ -135,7 +134,7 @@ def solve_by_ipopt(problem: Problem, geometry: TeamGeometry) -> tuple[Plan, floa
 
 def iterate(problem: Problem, geometry: TeamGeometry, kkt: float) -> SqpStep:
     """Full Gauss-Newton steps from hover."""
-    rti = RealTimeIteration(problem.ocp, Kernels(problem.ocp))
+    rti = rti_of(problem.ocp)
     plan = hover_plan(problem.initial_states, problem.config.vehicle.hover_thrust, problem.ocp.n_stages)
     for _ in range(100):
         rti.prepare(plan, geometry)

@@ -8,14 +8,13 @@ from scipy.optimize import lsq_linear
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan
-from relform_controller.solver.dense.rti import RealTimeIteration
-from relform_controller.solver.kernels import Kernels
 from support.problems import (
     Poses,
     Problem,
     random_problem,
     random_thrusts_of_team,
     residual,
+    rti_of,
     simulate,
     weights,
 )
@@ -64,7 +63,7 @@ def test_one_step_from_other_measurements_than_predicted(
     predicted = random_problem(seed, n_vehicles, "controller.horizon_steps=6", disturbance=disturbance)
     measured = moved(predicted, seed)
     ocp, guess = predicted.ocp, feasible_guess(predicted, seed)
-    rti = RealTimeIteration(ocp, Kernels(ocp))
+    rti = rti_of(ocp)
     rti.prepare(guess, predicted.poses.geometry())
     found = rti.feedback(
         measured.initial_states, measured.poses.geometry(), measured.reference, measured.applied_thrusts
@@ -100,7 +99,7 @@ def test_a_measured_state_other_than_the_guessed_one_enters_to_first_order(seed:
     guess = feasible_guess(problem, seed)
     change = np.random.default_rng(seed).uniform(-0.1, 0.1, problem.initial_states.shape)
     change[:, layout.POSITION] = change[:, layout.YAW] = 0.0
-    rti = RealTimeIteration(problem.ocp, Kernels(problem.ocp))
+    rti = rti_of(problem.ocp)
     rti.prepare(guess, problem.poses.geometry())
     found = rti.feedback(
         problem.initial_states + change, problem.poses.geometry(), problem.reference, problem.applied_thrusts

@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,13 +11,12 @@ import pytest
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
 from relform_controller.solver.algorithm import ModifiedRti
-from relform_controller.solver.dense.box_qp import QpError
-from relform_controller.solver.dense.rti import RealTimeIteration
-from relform_controller.solver.kernels import Kernels
+from relform_controller.solver.solver import QpError, Solver, SqpStep
 from relform_controller.solver.warm_start import hover_plan, shift, transform
+from relform_core.controller_config import WeightsConfig
 from relform_core.names import SolverState
 from relform_core.telemetry import SolverReport
-from support.problems import random_problem
+from support.problems import kernels_of, random_problem, rti_of
 from support.world import Array
 
 PROBLEM = random_problem(2, 3, "controller.horizon_steps=6")
@@ -38,6 +38,7 @@ def make_solver(
     warm_start: str = "transform",
     time_budget: float = math.inf,
     tick: float = 0.001,
+    solver: Solver | None = None,
 ) -> ModifiedRti:
     """Tolerance and limit on the number of SQP steps at the start, and in flight."""
     config = PROBLEM.config.controller.solver.model_copy(
@@ -49,8 +50,8 @@ def make_solver(
             "warm_start": warm_start,
         }
     )
-    kernels = Kernels(PROBLEM.ocp)
-    return ModifiedRti(PROBLEM.ocp, kernels, config, HOVER_THRUST, ticking(tick), time_budget)
+    solver, predict = solver or rti_of(PROBLEM.ocp), kernels_of(PROBLEM.ocp).predict
+    return ModifiedRti(PROBLEM.ocp, solver, predict, config, HOVER_THRUST, ticking(tick), time_budget)
 
 
 def solve(
@@ -68,12 +69,12 @@ def started(solver: ModifiedRti) -> ModifiedRti:
 
 def following(plan: Plan) -> tuple[Plan, TeamGeometry]:
     """The warm start of the next control step, and the geometry predicted for it."""
-    return transform(shift(plan, Kernels(PROBLEM.ocp)), GEOMETRY, PROBLEM.ocp.pairs)
+    return transform(shift(plan, kernels_of(PROBLEM.ocp).predict), GEOMETRY, PROBLEM.ocp.pairs)
 
 
 def steps_by_hand(count: int, guess: Plan = HOVER, predicted: TeamGeometry = GEOMETRY) -> Plan:
     """SQP steps for the measurements of ``solve``, the first one prepared in the predicted geometry."""
-    rti, plan = RealTimeIteration(PROBLEM.ocp, Kernels(PROBLEM.ocp)), guess
+    rti, plan = rti_of(PROBLEM.ocp), guess
     for step in range(count):
         rti.prepare(plan, predicted if step == 0 else GEOMETRY)
         plan = rti.feedback(PROBLEM.initial_states, GEOMETRY, PROBLEM.reference, PROBLEM.applied_thrusts).plan
@@ -193,20 +194,39 @@ def test_after_a_failure_it_starts_afresh_at_the_measured_state() -> None:
     assert solve(solver)[1].sqp_steps == 1  # a flight again
 
 
-def test_a_plan_that_cannot_be_prepared_does_not_stay_the_guess(monkeypatch: pytest.MonkeyPatch) -> None:
+class Tampered:
+    """The dense solver, but its preparations can be spoilt."""
+
+    def __init__(self) -> None:
+        self._real = rti_of(PROBLEM.ocp)
+        self.guess: Plan | None = None
+        """To prepare instead of what is asked for."""
+        self.prepares_left = 10**6
+        """Preparations after these fail."""
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        self._real.set_weights(weights)
+
+    def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
+        self.prepares_left -= 1
+        if self.prepares_left < 0:
+            raise QpError("the Hessian is not positive definite")
+        self._real.prepare(guess if self.guess is None else self.guess, geometry)
+
+    def feedback(self, *arguments: Any) -> SqpStep:
+        return self._real.feedback(*arguments)
+
+
+def test_a_plan_that_cannot_be_prepared_does_not_stay_the_guess() -> None:
     """A guess on which the Hessian is not positive definite used to be shifted for the rest of the flight."""
-    solver = started(make_solver())
+    tampered = Tampered()
+    solver = started(make_solver(solver=tampered))
     wild = NEXT.states.copy()
     wild[:, :, layout.PITCH] = 0.5 * math.pi  # the Euler angles are singular there
-    prepare = RealTimeIteration.prepare
-
-    def prepare_wildly(rti: RealTimeIteration, guess: Plan, geometry: TeamGeometry) -> None:
-        prepare(rti, Plan(wild, guess.thrusts), geometry)
-
     solve(solver)
-    monkeypatch.setattr(RealTimeIteration, "prepare", prepare_wildly)
+    tampered.guess = Plan(wild, NEXT.thrusts)
     solver.prepare_next()
-    monkeypatch.undo()
+    tampered.guess = None
     states = []
     for _ in range(4):
         states.append(solve(solver)[1].state)
@@ -227,25 +247,11 @@ def test_failures_one_after_the_other_fly_the_plan_to_its_end() -> None:
     assert solve(solver)[1].state is SolverState.SOLVED
 
 
-class FailsFrom:
-    """Lets the preparations of a solver fail from the n-th on."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, number: int) -> None:
-        self._prepare = RealTimeIteration.prepare
-        self._left = number
-        monkeypatch.setattr(RealTimeIteration, "prepare", lambda *arguments: self(*arguments))
-
-    def __call__(self, rti: RealTimeIteration, guess: Plan, geometry: TeamGeometry) -> None:
-        self._left -= 1
-        if self._left <= 0:
-            raise QpError("the Hessian is not positive definite")
-        self._prepare(rti, guess, geometry)
-
-
-def test_a_failure_after_a_good_step_flies_what_that_step_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    solver = started(make_solver(flight=(1e-12, 3)))
+def test_a_failure_after_a_good_step_flies_what_that_step_found() -> None:
+    tampered = Tampered()
+    solver = started(make_solver(flight=(1e-12, 3), solver=tampered))
     expected = steps_by_hand(1, NEXT, NEXT_GEOMETRY)
-    FailsFrom(monkeypatch, 1)  # the first step is prepared already
+    tampered.prepares_left = 0  # the first step is prepared already
     plan, report = solve(solver)
     np.testing.assert_array_equal(plan.thrusts, expected.thrusts)
     assert (report.state, report.sqp_steps, report.sqp_steps_begun) == (SolverState.FALLBACK, 1, 2)
@@ -253,21 +259,23 @@ def test_a_failure_after_a_good_step_flies_what_that_step_found(monkeypatch: pyt
     assert math.isfinite(report.kkt)
 
 
-def test_a_replay_of_a_failure_fails_in_the_same_step(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_replay_of_a_failure_fails_in_the_same_step() -> None:
     """So the next control step starts afresh in the replay too."""
-    solver = started(make_solver(flight=(1e-12, 3)))
-    FailsFrom(monkeypatch, 1)
+    tampered = Tampered()
+    solver = started(make_solver(flight=(1e-12, 3), solver=tampered))
+    tampered.prepares_left = 0
     assert solve(solver, sqp_steps=2)[1].state is SolverState.FALLBACK
 
 
-def test_steps_that_diverge_from_a_fresh_guess_leave_the_first_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_that_diverge_from_a_fresh_guess_leave_the_first_one() -> None:
     """The step from the hover is sound, so the next control step starts from its plan."""
-    solver = started(make_solver(flight=(1e12, 1)))
+    tampered = Tampered()
+    solver = started(make_solver(flight=(1e12, 1), solver=tampered))
     solve(solver, not_finite(layout.RATE))
     solver.prepare_next()
-    FailsFrom(monkeypatch, 3)
+    tampered.prepares_left = 2
     plan, report = solve(solver)
-    monkeypatch.undo()
+    tampered.prepares_left = 10**6
     assert (report.state, report.sqp_steps, report.sqp_steps_begun) == (SolverState.STEP_LIMIT, 2, 3)
     assert report.fallback_reason == "the Hessian is not positive definite"
     assert report.kkt == report.kkt_first
@@ -282,3 +290,25 @@ def test_a_start_that_failed_is_a_start_again() -> None:
     assert solve(solver, not_finite(layout.VELOCITY))[1].state is SolverState.FALLBACK
     solver.prepare_next()
     assert solve(solver)[1].sqp_steps > 1
+
+
+class StandStill:
+    """A solver without a model: the plan is the guess."""
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        pass
+
+    def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
+        self._guess = guess
+
+    def feedback(self, *arguments: Any) -> SqpStep:
+        return SqpStep(self._guess, kkt=0.0, objective=1.5, qp_iterations=0, active_bounds=0)
+
+
+def test_another_solver_can_be_injected() -> None:
+    solver = make_solver(solver=StandStill())
+    plan, report = solve(solver)
+    np.testing.assert_array_equal(plan.thrusts, HOVER.thrusts)
+    assert (report.state, report.sqp_steps, report.objective) == (SolverState.SOLVED, 1, 1.5)
+    solver.prepare_next()
+    np.testing.assert_array_equal(solve(solver)[0].states, following(HOVER)[0].states)

@@ -9,9 +9,8 @@ import pytest
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
 from relform_controller.solver import kernels
-from relform_controller.solver.kernels import Kernels
 from relform_core.errors import RelformError
-from support.problems import random_thrusts_of_team, simulate
+from support.problems import kernels_of, random_thrusts_of_team, simulate
 from support.scenarios import paper_scenario, team_of
 
 SMALL = Ocp.from_config(paper_scenario(*team_of(2), "controller.horizon_steps=2").config)
@@ -49,48 +48,48 @@ def compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Compiler:
 
 
 def test_a_second_construction_compiles_nothing(compiler: Compiler, tmp_path: Path) -> None:
-    Kernels(SMALL)
+    kernels_of(SMALL)
     assert compiler.count == 1
     (library,) = (tmp_path / "cache/relform").iterdir()
     stamp = library.stat().st_mtime_ns
-    Kernels(SMALL)
+    kernels_of(SMALL)
     assert compiler.count == 1
     assert [library] == list((tmp_path / "cache/relform").iterdir())
     assert library.stat().st_mtime_ns == stamp
 
 
 def test_another_problem_is_compiled_and_the_first_one_kept(compiler: Compiler, tmp_path: Path) -> None:
-    Kernels(SMALL)
+    kernels_of(SMALL)
     heavier = paper_scenario(*team_of(2), "controller.horizon_steps=2", "vehicle.mass_kg=0.8").config
-    Kernels(Ocp.from_config(heavier))
+    kernels_of(Ocp.from_config(heavier))
     assert compiler.count == 2
     assert len(list((tmp_path / "cache/relform").iterdir())) == 2
-    Kernels(SMALL)
+    kernels_of(SMALL)
     assert compiler.count == 2
 
 
 def test_another_processor_needs_other_kernels(compiler: Compiler, monkeypatch: pytest.MonkeyPatch) -> None:
     """Home folders are shared between machines, and the code is compiled for one of them."""
-    Kernels(SMALL)
+    kernels_of(SMALL)
     monkeypatch.setattr(kernels, "_cpu", lambda: "another processor")
-    Kernels(SMALL)
+    kernels_of(SMALL)
     assert compiler.count == 2
 
 
 def test_weights_and_bounds_are_not_compiled_in(compiler: Compiler) -> None:
-    Kernels(SMALL)
+    kernels_of(SMALL)
     tuned = paper_scenario(
         *team_of(2),
         "controller.horizon_steps=2",
         "controller.weights.formation_per_m2=3",
         "vehicle.rotor_speed_max_rpm=5500",
     )
-    Kernels(Ocp.from_config(tuned.config))
+    kernels_of(Ocp.from_config(tuned.config))
     assert compiler.count == 1
 
 
 def test_nothing_is_left_outside_the_cache(compiler: Compiler, tmp_path: Path) -> None:
-    Kernels(SMALL)
+    kernels_of(SMALL)
     assert compiler.count == 1
     assert not list((tmp_path / "working").iterdir())
     assert not list((tmp_path / "temporary").iterdir())
@@ -101,13 +100,13 @@ def test_the_cache_of_the_user_is_the_default(
 ) -> None:
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    Kernels(SMALL)
+    kernels_of(SMALL)
     assert len(list((tmp_path / "home/.cache/relform").iterdir())) == compiler.count == 1
 
 
 def message_of_failure() -> str:
     with pytest.raises(RelformError) as caught:
-        Kernels(SMALL)
+        kernels_of(SMALL)
     (line,) = str(caught.value).splitlines()
     return line
 
@@ -142,7 +141,7 @@ def test_a_cache_that_cannot_be_written(
 
 
 def test_one_call_evaluates_all_items_and_outputs_are_used_again() -> None:
-    compiled = Kernels(SMALL)
+    compiled = kernels_of(SMALL)
     generator = np.random.default_rng(5)
     states = generator.uniform(-0.5, 0.5, (2, layout.N_STATE))
     thrusts = random_thrusts_of_team(5, SMALL, 1.75)[:, 0]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from relform_controller.ocp.cost import TeamCost
 from relform_controller.ocp.problem import Ocp
-from relform_controller.solver.kernels import Kernels
+from relform_controller.ocp.terms.registry import make_terms
+from relform_controller.solver.dense.cost import CondensedCost
 from support.problems import random_problem, weights
 from support.scenarios import paper_scenario, team_of
 
@@ -46,7 +46,7 @@ def test_pairs_of_the_formation_cost(choice: str, expected: set[tuple[int, int]]
 @pytest.mark.parametrize("choice", ["with_leader", "one_way"])
 def test_pairs_that_are_left_out_weigh_nothing(choice: str) -> None:
     problem = random_problem(2, 3, "controller.horizon_steps=6", f"controller.formation_pairs={choice}")
-    found = TeamCost(problem.ocp, Kernels(problem.ocp)).weights
+    found = CondensedCost(problem.ocp, make_terms(problem.ocp)).weights
     of_pair = found[: 6 * 6 * 3].reshape(6, 6 * 3)  # pair; stage and axis
     in_cost = [problem.ocp.in_formation_cost(i, j) for i, j in problem.ocp.pairs]
     np.testing.assert_array_equal(of_pair.any(axis=1), in_cost)

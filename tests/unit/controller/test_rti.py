@@ -7,18 +7,17 @@ import pytest
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan
-from relform_controller.solver.dense.box_qp import QpError
-from relform_controller.solver.dense.rti import RealTimeIteration, SqpStep
-from relform_controller.solver.kernels import Kernels
+from relform_controller.solver.dense.rti import RealTimeIteration
+from relform_controller.solver.solver import QpError, SqpStep
 from relform_controller.solver.warm_start import hover_plan
-from support.problems import Problem, random_problem
+from support.problems import Problem, kernels_of, random_problem, rti_of
 
 PROBLEM = random_problem(2, 3, "controller.horizon_steps=6")
 GUESS = hover_plan(PROBLEM.initial_states, PROBLEM.config.vehicle.hover_thrust, 6)
 
 
 def make_rti() -> RealTimeIteration:
-    return RealTimeIteration(PROBLEM.ocp, Kernels(PROBLEM.ocp))
+    return rti_of(PROBLEM.ocp)
 
 
 def feedback(rti: RealTimeIteration, problem: Problem = PROBLEM) -> SqpStep:
@@ -50,7 +49,7 @@ def test_inputs_stay_within_their_bounds_and_some_lie_on_them() -> None:
 
 def test_iterating_closes_the_gaps_between_the_stages() -> None:
     """The guess is no motion of the vehicles at all; the plan is one in the end."""
-    rti, kernels, plan = make_rti(), Kernels(PROBLEM.ocp), GUESS
+    rti, kernels, plan = make_rti(), kernels_of(PROBLEM.ocp), GUESS
     gaps = []
     for _ in range(30):
         rti.prepare(plan, PROBLEM.poses.geometry())

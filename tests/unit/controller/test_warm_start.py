@@ -4,9 +4,8 @@ import numpy as np
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
-from relform_controller.solver.kernels import Kernels
 from relform_controller.solver.warm_start import hover_plan, shift, transform
-from support.problems import random_problem, random_thrusts_of_team, simulate
+from support.problems import kernels_of, random_problem, random_thrusts_of_team, simulate
 
 
 def test_first_guess_stays_where_it_is() -> None:
@@ -21,7 +20,7 @@ def test_shifted_plan_is_one_period_on_and_ends_with_the_last_input_again() -> N
     problem = random_problem(2, 3, "controller.horizon_steps=6")
     thrusts = random_thrusts_of_team(2, problem.ocp, problem.config.vehicle.hover_thrust)
     plan = Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
-    shifted = shift(plan, Kernels(problem.ocp))
+    shifted = shift(plan, kernels_of(problem.ocp).predict)
     np.testing.assert_array_equal(shifted.thrusts[:, :-1], thrusts[:, 1:])
     np.testing.assert_array_equal(shifted.thrusts[:, -1], thrusts[:, -1])
     np.testing.assert_array_equal(shifted.states[:, :-1], plan.states[:, 1:])
@@ -36,7 +35,7 @@ def test_the_plan_that_was_shifted_and_transformed_is_not_touched() -> None:
     plan = Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
     copy = Plan(plan.states.copy(), plan.thrusts.copy())
     geometry = problem.poses.geometry()
-    transform(shift(plan, Kernels(problem.ocp)), geometry, problem.ocp.pairs)
+    transform(shift(plan, kernels_of(problem.ocp).predict), geometry, problem.ocp.pairs)
     np.testing.assert_array_equal(plan.states, copy.states)
     np.testing.assert_array_equal(plan.thrusts, copy.thrusts)
     np.testing.assert_array_equal(geometry.p_I1I2_I1, problem.poses.geometry().p_I1I2_I1)

@@ -1,16 +1,13 @@
-"""The optimal control problem of the team: what eqs. CostFunc1 and 2 sum, and the bounds on inputs.
+"""The optimal control problem of the team (eq. OCP): dimensions, bounds on the inputs, and its data.
 
-The terms are symbolic here, one vehicle or one pair at a time; `kernels.py` compiles them over the horizon
-and `rti.py` assembles and solves. The numbers of one problem instance are a `Plan` (the unknowns), a
-`TeamGeometry` (where the {mi} frames lie, what the paper calls parameters) and a `HorizonReference`.
+The data of one instance are a `Plan` (the unknowns), a `TeamGeometry` (where the {mi} frames lie, which the
+paper calls parameters) and a `HorizonReference`. The terms of the cost are in `terms/`.
 """
 
 from dataclasses import dataclass
 
-import casadi as ca
-
 from relform_controller.ocp.layout import ordered_pairs
-from relform_controller.ocp.model import RigidBody, rotation_z
+from relform_controller.ocp.model import RigidBody
 from relform_core.arrays import Array
 from relform_core.controller_config import FormationPairs, WeightsConfig
 from relform_core.scenario_config import ScenarioConfig
@@ -106,15 +103,3 @@ class HorizonReference:
     """Leader position [m], shape (stage 0..N, 3)."""
     yaw_NB: Array
     """Leader yaw, continuous [rad], shape (stage 0..N,)."""
-
-
-def relative_position(
-    p_I1B1_I1: ca.SX, yaw_I1B1: ca.SX, p_I2B2_I2: ca.SX, p_I1I2_I1: ca.SX, yaw_I1I2: ca.SX
-) -> ca.SX:
-    """p_B1B2_C1: position of vehicle 2 relative to vehicle 1 in {mc_1} (eqs. RelPos1 to RelPos4) [m]."""
-    R_I1I2 = rotation_z(yaw_I1I2)
-    p_I2B2_I1 = R_I1I2 @ p_I2B2_I2  # eq. RelPos1
-    p_I1B2_I1 = p_I2B2_I1 + p_I1I2_I1  # eq. RelPos2
-    p_B1B2_I1 = p_I1B2_I1 - p_I1B1_I1  # eq. RelPos3
-    R_C1I1 = rotation_z(-yaw_I1B1)
-    return R_C1I1 @ p_B1B2_I1  # eq. RelPos4

@@ -4,9 +4,8 @@ import math
 from collections.abc import Callable
 
 from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, Prediction, TeamGeometry
-from relform_controller.solver.dense.box_qp import QpError
-from relform_controller.solver.dense.rti import RealTimeIteration, SqpStep
-from relform_controller.solver.kernels import Kernels
+from relform_controller.ocp.terms.term import CompiledFunction
+from relform_controller.solver.solver import QpError, Solver, SqpStep
 from relform_controller.solver.warm_start import hover_plan, shift, transform
 from relform_core.arrays import Array
 from relform_core.controller_config import SolverConfig, WeightsConfig
@@ -23,7 +22,8 @@ class ModifiedRti:
 
     Args:
         ocp: the problem.
-        kernels: its compiled functions.
+        solver: takes the SQP steps.
+        predict: (state, thrusts) -> (state one control period later,), of all vehicles.
         config: limits on the number of SQP steps, tolerances, and the kind of warm start.
         hover_thrust: thrust of each rotor in the first guess [N].
         clock: monotonic time [s], for the reports and the time budget only.
@@ -34,15 +34,16 @@ class ModifiedRti:
     def __init__(
         self,
         ocp: Ocp,
-        kernels: Kernels,
+        solver: Solver,
+        predict: CompiledFunction,
         config: SolverConfig,
         hover_thrust: float,
         clock: Callable[[], float],
         time_budget: float = math.inf,
     ) -> None:
         self._ocp = ocp
-        self._kernels = kernels
-        self._rti = RealTimeIteration(ocp, kernels)
+        self._solver = solver
+        self._predict = predict
         self._config = config
         self._hover_thrust = hover_thrust
         self._clock = clock
@@ -60,7 +61,7 @@ class ModifiedRti:
 
     def set_weights(self, weights: WeightsConfig) -> None:
         """Change the weights of the cost from the next control step on."""
-        self._rti.set_weights(weights)
+        self._solver.set_weights(weights)
         if self._guess is not None and self._following is not None:
             self._prepare(self._guess, self._following[1])
 
@@ -93,8 +94,8 @@ class ModifiedRti:
         while not failure:
             try:
                 if steps:
-                    self._rti.prepare(steps[-1].plan, geometry)
-                steps.append(self._rti.feedback(initial_states, geometry, reference, applied_thrusts))
+                    self._solver.prepare(steps[-1].plan, geometry)
+                steps.append(self._solver.feedback(initial_states, geometry, reference, applied_thrusts))
             except QpError as error:
                 failure = str(error)
             else:
@@ -137,7 +138,7 @@ class ModifiedRti:
         if self._solved is None:
             raise RuntimeError("prepare_next() needs a solve() before it")
         plan, geometry = self._solved
-        shifted = shift(plan, self._kernels)
+        shifted = shift(plan, self._predict)
         transformed, next_geometry = transform(shifted, geometry, self._ocp.pairs)
         self._following = transformed, next_geometry
         if self._started:
@@ -158,7 +159,7 @@ class ModifiedRti:
         begin = self._clock()
         self._prepare_failure = ""
         try:
-            self._rti.prepare(guess, geometry)
+            self._solver.prepare(guess, geometry)
         except QpError as failure:
             self._prepare_failure = str(failure)
         self._prepare_time = self._clock() - begin

@@ -10,7 +10,7 @@ import platform
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,8 @@ import numpy as np
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import net_acceleration_I, rk4_step
-from relform_controller.ocp.problem import Ocp, relative_position
+from relform_controller.ocp.problem import Ocp
+from relform_controller.ocp.terms.term import CompiledFunction, Term
 from relform_core.arrays import Array
 from relform_core.errors import RelformError
 
@@ -59,11 +60,12 @@ class Kernels:
         RelformError: there is no C compiler, or it fails.
     """
 
-    def __init__(self, ocp: Ocp) -> None:
+    def __init__(self, ocp: Ocp, terms: Sequence[Term]) -> None:
+        """The terms are those of the problem's cost."""
         functions = [
             (_predict(ocp), ocp.n_vehicles),
             (_vehicle_stage(ocp), ocp.n_vehicles * ocp.n_stages),
-            (_pair_stage(), len(ocp.pairs) * (ocp.n_stages + 1)),
+            *(function for term in terms for function in term.functions),
         ]
         library = _compile([_mapped(function, n_items) for function, n_items in functions])
         loaded = {f.name(): Kernel(ca.external(f.name(), str(library)), n_items) for f, n_items in functions}
@@ -72,9 +74,8 @@ class Kernels:
         self.vehicle_stage = loaded["vehicle_stage"]
         """(state, thrusts) -> next state, A (12, 12), B (12, 4), net acceleration in {mi} (3,), its
         derivatives by rpy (3, 3) and by thrusts (3, 4); per vehicle and stage 0..N-1."""
-        self.pair_stage = loaded["pair_stage"]
-        """(p_I1B1_I1 and yaw_I1B1, p_I2B2_I2, p_I1I2_I1 and yaw_I1I2) -> p_B1B2_C1 (3,), its derivatives by
-        the first argument (3, 4) and by the second (3, 3); per pair and stage 0..N."""
+        self.of_terms: Mapping[str, CompiledFunction] = loaded
+        """The functions of the terms, by name."""
 
 
 def _predict(ocp: Ocp) -> ca.Function:
@@ -95,15 +96,6 @@ def _vehicle_stage(ocp: Ocp) -> ca.Function:
         ca.jacobian(acceleration, thrusts),
     ]
     return ca.Function("vehicle_stage", [state, thrusts], [ca.densify(output) for output in outputs])
-
-
-def _pair_stage() -> ca.Function:
-    observer, p_I2B2_I2, frames = ca.SX.sym("observer", 4), ca.SX.sym("target", 3), ca.SX.sym("frames", 4)
-    p_B1B2_C1 = relative_position(observer[:3], observer[3], p_I2B2_I2, frames[:3], frames[3])
-    outputs = [p_B1B2_C1, ca.jacobian(p_B1B2_C1, observer), ca.jacobian(p_B1B2_C1, p_I2B2_I2)]
-    return ca.Function(
-        "pair_stage", [observer, p_I2B2_I2, frames], [ca.densify(output) for output in outputs]
-    )
 
 
 def _mapped(function: ca.Function, n_items: int) -> ca.Function:

@@ -9,7 +9,7 @@ import numpy as np
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
 from relform_controller.ocp.problem import Plan, TeamGeometry
-from relform_controller.solver.kernels import Kernels
+from relform_controller.ocp.terms.term import CompiledFunction
 from relform_core.arrays import Array
 
 
@@ -26,9 +26,9 @@ def hover_plan(initial_states: Array, hover_thrust: float, n_stages: int) -> Pla
     return Plan(states, np.full((n_vehicles, n_stages, layout.N_INPUT), hover_thrust))
 
 
-def shift(plan: Plan, kernels: Kernels) -> Plan:
+def shift(plan: Plan, predict: CompiledFunction) -> Plan:
     """The plan one period later; the last input is repeated, and the last state follows from it."""
-    (following,) = kernels.predict(plan.states[:, -1], plan.thrusts[:, -1])
+    (following,) = predict(plan.states[:, -1], plan.thrusts[:, -1])
     states = np.concatenate([plan.states[:, 1:], following[:, None]], axis=1)
     thrusts = np.concatenate([plan.thrusts[:, 1:], plan.thrusts[:, -1:]], axis=1)
     return Plan(states, thrusts)

@@ -7,15 +7,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import lapack
 
+from relform_controller.solver.solver import QpError
 from relform_core.arrays import Array
 
 _ITERATIONS_MAX = 10
 _TOLERANCE = 1e-9
 """How far beyond a bound a free variable may lie."""
-
-
-class QpError(Exception):
-    """A quadratic program has no usable solution; the text says why."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,46 @@
+"""The net acceleration of each vehicle, zero at hover (the force term of eq. CostFunc1, divided by mass)."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from relform_controller.ocp import layout
+from relform_controller.ocp.problem import Ocp
+from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
+from relform_core.arrays import Array
+from relform_core.controller_config import WeightsConfig
+
+
+class Acceleration:
+    """g + R_IB F_B / m of every vehicle, shape (vehicle, stage 0..N-1, 3)."""
+
+    name = "acceleration"
+    n_rows = 3
+    at_end = False
+    is_own = True
+    is_constant = False
+    functions: Sequence[tuple[ca.Function, int]] = ()
+
+    def __init__(self, ocp: Ocp) -> None:
+        self.n_items = ocp.n_vehicles
+        self._vehicles = np.arange(ocp.n_vehicles)
+
+    def weights(self, weights: WeightsConfig) -> Array:
+        """See ``Term``."""
+        return np.full((1, 1, 1), weights.acceleration)
+
+    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+        """See ``Term``."""
+        acceleration = expansion.acceleration
+        return (
+            ByStates(self._vehicles, layout.RPY, acceleration.by_rpy),
+            ByInputs(self._vehicles, acceleration.by_thrusts),
+        )
+
+    def residual(self, expansion: Expansion, instance: Instance) -> Array:
+        """See ``Term``."""
+        rpy_deviation = instance.state_deviation[:, :-1, layout.RPY]
+        tilted = np.einsum("vkij,vkj->vki", expansion.acceleration.by_rpy, rpy_deviation)
+        residual: Array = expansion.acceleration.value + tilted
+        return residual
