@@ -10,8 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from rosbags.rosbag2 import CompressionMode
 
 from relform_bags.reader import BagMessage, bag_files, read_bag
+from support.bags import header, write_compressed_bag
 from support.processes import wait_until
 
 WORKSPACE = Path(__file__).parents[2]
@@ -182,6 +184,28 @@ def test_bad_input_is_one_line(tmp_path: Path, arguments: list[str | Path], code
     assert line.startswith(problem)
     assert result.returncode == code
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("mode", [CompressionMode.MESSAGE, CompressionMode.FILE])
+@pytest.mark.parametrize(
+    "command",
+    [
+        [*ROS2, "bag", "info"],
+        [*ROS2, "bag", "play"],
+        [sys.executable, WORKSPACE / "scripts/report.py"],
+        [sys.executable, WORKSPACE / "scripts/replay.py"],
+        [sys.executable, WORKSPACE / "scripts/record.py", "--recover"],
+    ],
+    ids=lambda command: str(command[-1]).rpartition("/")[2],
+)
+def test_bag_that_rosbag2_has_compressed_is_refused_by_one_line(
+    tmp_path: Path, mode: CompressionMode, command: list[str | Path]
+) -> None:
+    bag = write_compressed_bag(tmp_path / "bag", mode, [(number, header(number)) for number in range(5)])
+    result = subprocess.run([*command, bag], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    (line,) = result.stderr.splitlines()
+    assert f"(rosbag2 compression mode {mode.name.lower()}) cannot be read; " in line
+    assert result.returncode in (1, 2)
 
 
 def test_truncated_bag_says_so_and_plays(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """Messages for bags, made by rosbags, which has no part in writing them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from ament_index_python.packages import get_package_share_directory
 from rosbags.interfaces import Nodetype
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
@@ -104,3 +105,22 @@ def same(a: Any, b: Any) -> bool:
         names = [name for name, _ in typestore().get_msgdef(type_name).fields]
         return all(same(getattr(a, name), getattr(b, name)) for name in names)
     return bool(a == b)
+
+
+def header(number: int) -> bytes:
+    """A serialized std_msgs/Header, longer the higher its number."""
+    types = typestore().types
+    stamp = types["builtin_interfaces/msg/Time"](sec=number, nanosec=7)
+    message = types["std_msgs/msg/Header"](stamp=stamp, frame_id="x" * number)
+    return bytes(typestore().serialize_cdr(message, "std_msgs/msg/Header"))
+
+
+def write_compressed_bag(folder: Path, mode: CompressionMode, headers: Iterable[tuple[int, bytes]]) -> Path:
+    """A bag as ``ros2 bag record --compression-mode`` leaves it, of log times and serialized headers."""
+    writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        connection = writer.add_connection("/tick", "std_msgs/msg/Header", typestore=typestore())
+        for log_time_ns, data in headers:
+            writer.write(connection, log_time_ns, data)
+    return folder

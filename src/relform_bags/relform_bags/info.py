@@ -10,7 +10,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from relform_bags.metadata import METADATA_FILE
-from relform_bags.reader import bag_files
+from relform_bags.reader import bag_files, check_not_compressed
+from relform_bags.records import MESSAGES_COMPRESSED
 from relform_bags.scan import information_of, scan_bag
 from relform_core.errors import BagError
 from relform_core.run_folder import RunFolder
@@ -55,6 +56,7 @@ def read_information(path: Path) -> BagInformation:
     """
     for folder in (path, RunFolder(path).bag):
         if (folder / METADATA_FILE).is_file():
+            check_not_compressed(folder)
             size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
             return BagInformation(_read_metadata(folder / METADATA_FILE), size, is_closed=True)
     files = bag_files(path)
@@ -74,6 +76,8 @@ def _read_metadata(file: Path) -> Mapping[str, Any]:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from None
     except (YAMLError, UnicodeDecodeError, LookupError, TypeError, ValueError, AttributeError):
         raise BagError(f"{file}: not the metadata of a bag") from None
+    if str(information.get("compression_mode")).lower() == "message":
+        raise BagError(f"{file.parent}: {MESSAGES_COMPRESSED}")
     return information
 
 

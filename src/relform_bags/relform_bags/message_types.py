@@ -49,17 +49,25 @@ def message_class(name: str) -> type[Any]:
     """Python class of an installed message type.
 
     Raises:
-        BagError: it is not installed.
+        BagError: the type is not installed, or the name is not that of a type.
     """
-    package, _, short_name = name.split("/")
+    package, short_name = _package_and_name(name)
     try:
         return cast(type[Any], getattr(import_module(f"{package}.msg"), short_name))
     except (ImportError, AttributeError):
         raise BagError(f"message type '{name}' is not installed, or its setup file not sourced") from None
 
 
+def _package_and_name(name: str) -> tuple[str, str]:
+    """``std_msgs`` and ``Header`` of ``std_msgs/msg/Header``."""
+    match name.split("/"):
+        case [package, _, short_name] if package:
+            return package, short_name
+    raise BagError(f"'{name}' is not the name of a ROS 2 message type")
+
+
 def _read_definition(name: str, extension: str) -> str:
-    package, _, short_name = name.split("/")
+    package, short_name = _package_and_name(name)
     try:
         path = Path(get_package_share_directory(package), "msg", f"{short_name}.{extension}")
         return path.read_text(encoding="utf-8")

@@ -4,13 +4,15 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap.exceptions import UnsupportedCompressionError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Message, Schema
+from mcap.records import Attachment, Channel, Message, Schema
 
-from relform_bags.records import MAGIC, TORN, chunk_records, raw_records
+from relform_bags.records import MAGIC, RawRecord, data_records, raw_records, read_errors
 from relform_core.errors import BagError
-from relform_core.run_folder import RunFolder
+from relform_core.run_folder import BAG
+
+COMPRESSED_SUFFIXES = (".zstd", ".lz4")
+"""Of files that rosbag2 has compressed as a whole."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ def find_bag(path: Path) -> Path:
     Args:
         path: that file, the bag's folder or the folder of a run.
     Raises:
-        BagError: there is no bag.
+        BagError: see ``bag_files``.
     """
     first, *others = bag_files(path)
     return first.parent if others else first
@@ -50,17 +52,37 @@ def bag_files(path: Path) -> tuple[Path, ...]:
     Args:
         path: one file, the bag's folder or the folder of a run.
     Raises:
-        BagError: there is none, or one is missing in between, or they are no bag together.
+        BagError: there is no MCAP file, one is missing in between, they are files of several bags, or one is
+            compressed as a whole.
     """
     if path.is_file():
+        _check_not_compressed(path)
         return (path,)
     if not path.exists():
         raise BagError(f"{path}: no such file or folder")
-    for folder in (path, RunFolder(path).bag):
+    for folder in (path, path / BAG):
+        check_not_compressed(folder)
         if files := list(folder.glob("*.mcap")):
+            # A file may be empty because its recorder was killed just before it wrote the first bytes.
             begun = [file for file in files if file.stat().st_size >= len(MAGIC)]
-            return _in_order(folder, begun or files)  # its recorder may have been killed just before
+            return _in_order(folder, begun or files)
     raise BagError(f"{path}: no bag: there is no .mcap file in it")
+
+
+def check_not_compressed(folder: Path) -> None:
+    """Whether a bag has no file that rosbag2 has compressed as a whole.
+
+    Raises:
+        BagError: it has one.
+    """
+    for file in sorted(folder.glob("*.mcap.*")):
+        _check_not_compressed(file)
+
+
+def _check_not_compressed(file: Path) -> None:
+    if file.suffix in COMPRESSED_SUFFIXES:
+        problem = "a file compressed as a whole (rosbag2 compression mode file) cannot be read"
+        raise BagError(f"{file}: {problem}; decompress it")
 
 
 def _in_order(folder: Path, files: list[Path]) -> tuple[Path, ...]:
@@ -89,7 +111,7 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> Iterator[BagA
         path: one file, the bag's folder or the folder of a run.
         topics: whose messages to read; None: all.
     Raises:
-        BagError: there is no bag, it cannot be read, or is not MCAP.
+        BagError: there is no bag, it is not MCAP, or rosbag2 has compressed its messages or files.
     """
     attached: set[str] = set()
     for file in bag_files(path):
@@ -112,35 +134,24 @@ class _FileReading:
 
     def __init__(self, file: Path) -> None:
         self.reached_end = False
-        """Of the messages, which only a file that was finished says."""
+        """Whether the end of the data was found, which only a closed file has."""
         self._file = file
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
 
     def entries(self) -> Iterator[BagAttachment | BagMessage]:
-        try:
-            with self._file.open("rb") as stream:
-                for record in raw_records(stream, self._file):
-                    match record.opcode:
-                        case Opcode.ATTACHMENT:
-                            attachment = Attachment.read(record.stream)
-                            yield BagAttachment(attachment.name, attachment.data.decode())
-                        case Opcode.CHUNK:
-                            yield from self._messages(Chunk.read(record.stream))
-                        case Opcode.MESSAGE:
-                            raise BagError(f"{self._file}: cannot be read: its messages are not in chunks")
-                        case Opcode.DATA_END:
-                            self.reached_end = True
-                            return
-        except UnsupportedCompressionError as error:
-            raise BagError(f"{self._file}: cannot be read: {error}") from None
-        except OSError as error:
-            raise BagError(f"{self._file}: cannot be read: {error.strerror}") from None
-        except TORN:
-            return
+        with read_errors(self._file), self._file.open("rb") as stream:
+            for record in raw_records(stream, self._file):
+                if record.opcode == Opcode.DATA_END:
+                    self.reached_end = True
+                    return
+                if record.opcode == Opcode.ATTACHMENT:
+                    yield from _text_attachment(Attachment.read(record.stream))
+                else:
+                    yield from self._messages(record)
 
-    def _messages(self, chunk: Chunk) -> Iterator[BagMessage]:
-        for _, entry in chunk_records(chunk):
+    def _messages(self, record: RawRecord) -> Iterator[BagMessage]:
+        for entry in data_records(record):
             match entry:
                 case Schema():
                     self._schemas[entry.id] = entry
@@ -148,5 +159,15 @@ class _FileReading:
                     self._channels[entry.id] = entry
                 case Message():
                     channel = self._channels[entry.channel_id]
-                    type_name = self._schemas[channel.schema_id].name
+                    schema = self._schemas.get(channel.schema_id)
+                    type_name = "" if schema is None else schema.name
                     yield BagMessage(channel.topic, type_name, entry.data, entry.log_time, entry.publish_time)
+
+
+def _text_attachment(attachment: Attachment) -> Iterator[BagAttachment]:
+    """An attachment if it is a text; other recorders attach images, too."""
+    try:
+        text = attachment.data.decode()
+    except UnicodeDecodeError:
+        return
+    yield BagAttachment(attachment.name, text)

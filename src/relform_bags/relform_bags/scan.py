@@ -27,8 +27,16 @@ from mcap.records import (
 )
 from ruamel.yaml import YAML
 
-from relform_bags.metadata import FileContent, RecordedTopic, bag_information
-from relform_bags.records import MAGIC, TORN, RawRecord, chunk_records, raw_records
+from relform_bags.metadata import NO_TIME_NS, FileContent, RecordedTopic, bag_information
+from relform_bags.records import (
+    MAGIC,
+    DataRecord,
+    RawRecord,
+    chunk_records,
+    data_records,
+    raw_records,
+    read_errors,
+)
 from relform_core.errors import BagError
 
 
@@ -42,7 +50,7 @@ class FileScan:
             file: is at any position, and stays open.
             path: names it in errors.
         Raises:
-            BagError: it is not MCAP, or its messages are not in chunks.
+            BagError: it is not MCAP, or is compressed in a way that cannot be read.
         """
         self.was_complete = False
         """Whether it had its index."""
@@ -57,18 +65,17 @@ class FileScan:
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: Counter[int] = Counter()
-        try:
+        """Number of messages by channel."""
+        self._start_ns = NO_TIME_NS
+        self._end_ns = 0
+        with read_errors(path):
             for record in raw_records(file, path):
-                if record.opcode == Opcode.MESSAGE:
-                    raise BagError(f"{path}: cannot be read: its messages are not in chunks")
                 if record.opcode == Opcode.DATA_END:
                     file.seek(-len(MAGIC), os.SEEK_END)
                     self.was_complete = file.read() == MAGIC
                     break
                 self._take(record)
                 self._end = record.offset + record.length
-        except TORN:
-            pass  # the record before is the last good one
 
     @property
     def empty(self) -> bool:
@@ -82,9 +89,9 @@ class FileScan:
         return [
             RecordedTopic(
                 name=channel.topic,
-                type_name=self._schemas[channel.schema_id].name,
+                type_name=schema.name if (schema := self._schemas.get(channel.schema_id)) else "",
                 type_hash=channel.metadata.get("topic_type_hash", ""),
-                offered_qos=yaml.load(channel.metadata.get("offered_qos_profiles", "[]")),
+                offered_qos=yaml.load(channel.metadata.get("offered_qos_profiles", "")) or [],
             )
             for channel in self._channels.values()
         ]
@@ -95,8 +102,7 @@ class FileScan:
         counts = {channel.topic: self._counts[channel.id] for channel in self._channels.values()}
         if not self._counts:
             return FileContent(self._name, counts)
-        statistics = self._statistics()
-        return FileContent(self._name, counts, statistics.message_start_time, statistics.message_end_time)
+        return FileContent(self._name, counts, self._start_ns, self._end_ns)
 
     def write_index(self, file: BinaryIO) -> None:
         """Replace everything behind the last good record by the end of a complete file."""
@@ -145,8 +151,8 @@ class FileScan:
             channel_message_counts=dict(self._counts),
             chunk_count=len(self._chunks),
             message_count=self._counts.total(),
-            message_start_time=min((chunk.message_start_time for chunk in self._chunks), default=0),
-            message_end_time=max((chunk.message_end_time for chunk in self._chunks), default=0),
+            message_start_time=self._start_ns if self._counts else 0,
+            message_end_time=self._end_ns,
             metadata_count=len(self._metadata),
             schema_count=len(self._schemas),
         )
@@ -175,21 +181,29 @@ class FileScan:
             case Opcode.METADATA:
                 name = Metadata.read(record.stream).name
                 self._metadata.append(MetadataIndex(record.offset, record.length, name))
+            case _:
+                for entry in data_records(record):
+                    self._take_entry(entry)
+
+    def _take_entry(self, entry: DataRecord) -> None:
+        match entry:
+            case Schema():
+                self._schemas[entry.id] = entry
+            case Channel():
+                self._channels[entry.id] = entry
+            case Message():
+                self._counts[entry.channel_id] += 1
+                self._start_ns = min(self._start_ns, entry.log_time)
+                self._end_ns = max(self._end_ns, entry.log_time)
 
     def _take_chunk(self, record: RawRecord) -> None:
         chunk = Chunk.read(record.stream)
         self._last_indexes = {}
-        for position, entry in chunk_records(chunk):
-            match entry:
-                case Schema():
-                    self._schemas[entry.id] = entry
-                case Channel():
-                    self._channels[entry.id] = entry
-                case Message():
-                    empty = MessageIndex(entry.channel_id, [])
-                    index = self._last_indexes.setdefault(entry.channel_id, empty)
-                    index.records.append((entry.log_time, position))
-                    self._counts[entry.channel_id] += 1
+        for position, entry in chunk_records(chunk, record.path):
+            self._take_entry(entry)
+            if isinstance(entry, Message):
+                index = self._last_indexes.setdefault(entry.channel_id, MessageIndex(entry.channel_id, []))
+                index.records.append((entry.log_time, position))
         self._chunks.append(
             ChunkIndex(
                 chunk_length=record.length,

@@ -120,7 +120,7 @@ def test_every_panel_is_in_the_window_once() -> None:
 def test_bad_input_is_one_line(
     arguments: list[str], problem: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(arguments) == 1
+    assert main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert problem in line
 
@@ -129,7 +129,7 @@ def test_bag_without_our_topics(tmp_path: Path, capsys: pytest.CaptureFixture[st
     with BagWriter(tmp_path / "bag", {}) as writer:
         writer.add_topic("/clock", "rosgraph_msgs/msg/Clock", [])
         writer.write("/clock", bytes(12), 7, 8)
-    assert main([str(tmp_path)]) == 1
+    assert main([str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith("nothing to draw: there is no topic <vehicle>/ground_truth in it")
     assert [path.name for path in tmp_path.iterdir()] == ["bag"]

@@ -114,11 +114,12 @@ class Player:
         self._clock.publish(ClockMsg(clock=stamp_to_msg(self._timeline.bag_time_ns(time.monotonic()))))
 
     def _await_subscribers(self) -> None:
-        """Give those who are there the time to be found, so that they hear the first messages too."""
+        """Wait until every topic, also /clock, has a subscriber, so that those hear the first messages."""
+        publishers = [*self._publishers.values()]
+        if self._clock is not None:
+            publishers.append(self._clock)
         deadline = time.monotonic() + self._options.wait_s
-        while time.monotonic() < deadline and not all(
-            publisher.get_subscription_count() for publisher in self._publishers.values()
-        ):
+        while time.monotonic() < deadline and not all(each.get_subscription_count() for each in publishers):
             self._spinner.once(KEY_LATENCY_S)
 
     def _delay(self, keyboard: Keyboard) -> None:
