@@ -65,3 +65,13 @@ def test_file_that_is_none(tmp_path: Path, content: bytes, reason: str) -> None:
     with pytest.raises(CommandError) as caught:
         loaded(path)
     assert str(caught.value) == f"{path}{reason}"
+
+
+@pytest.mark.parametrize(
+    ("content", "use_wildcard"), [("/**: {ros__parameters: {gain: 4.0}}", False), ("{}", True)]
+)
+def test_file_without_parameters_to_load(tmp_path: Path, content: str, use_wildcard: bool) -> None:
+    path = tmp_path / "parameters.yaml"
+    path.write_text(content)
+    with pytest.raises(CommandError, match="Param file does not contain selected parameters"):
+        parameters_from_file(str(path), use_wildcard)

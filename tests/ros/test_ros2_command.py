@@ -4,6 +4,7 @@ import os
 import re
 import signal
 import subprocess
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,7 @@ STEPS = [step for steps in SHOWN for step in steps]
 
 # Command, exit code, and how the only line on stderr begins.
 BAD_INPUT = [
-    ("nope", 2, "ros2: argument command: invalid choice: 'nope' (choose from 'bag', 'interface', "),
+    ("nope", 2, "ros2: argument command: invalid choice: 'nope' (choose from 'bag', 'daemon', "),
     (
         "topic nope",
         2,
@@ -96,6 +97,11 @@ BAD_INPUT = [
         "Deleting parameter failed: Static parameter",
     ),
     ("param load /alpha/talker nope.yaml", 1, "nope.yaml: No such file or directory"),
+    (
+        "param load --no-use-wildcard /alpha/talker <(echo '/**: {ros__parameters: {gain: 1.0}}')",
+        1,
+        "Param file does not contain selected parameters",
+    ),
     ("service type /nope", 1, ""),
     (
         "service call /alpha/set std_srvs/srv/Nope",
@@ -113,7 +119,6 @@ BAD_INPUT = [
     ("pkg prefix nope", 1, "Package not found"),
     ("pkg executables nope", 1, "Package 'nope' not found"),
     ("topic list --spin-time nan", 2, "ros2 topic list: argument --spin-time: nan must not be below 0, and"),
-    ("topic echo --qos-depth -1 /a", 2, "ros2 topic echo: argument --qos-depth: -1 must not be below 0"),
     ("topic pub -n 'a b' /beta std_msgs/msg/String", 1, "Invalid node name: node name must not contain"),
     ('run --prefix "\'" relform_sim clock', 1, "--prefix ': No closing quotation"),
     ("pkg list >/dev/full", 1, "[Errno 28] No space left on device"),
@@ -181,6 +186,55 @@ def test_signals_end_it_quietly(live_nodes: dict[str, str], number: signal.Signa
     for process in running:
         _, errors = process.communicate(timeout=30)
         assert (process.returncode, errors) == (number, "")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "topic echo /alpha/chatter",
+        "topic hz /alpha/pose",
+        "topic bw /alpha/pose",
+        "topic delay /alpha/pose",
+        "topic pub /beta std_msgs/msg/String",
+        "service call -r 9 /alpha/set std_srvs/srv/SetBool",
+    ],
+)
+def test_sigint_ends_background_jobs_of_scripts(
+    live_nodes: dict[str, str], tmp_path: Path, command: str
+) -> None:
+    """A shell starts such jobs with SIGINT ignored."""
+    script = f"ros2 {command} >out & until [ -s out ]; do sleep 0.1; done; kill -INT $!; wait $!"
+    with subprocess.Popen(
+        ["sh", "-c", script], env=live_nodes, cwd=tmp_path, start_new_session=True
+    ) as shell:
+        try:
+            assert shell.wait(30) == signal.SIGINT
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(shell.pid, signal.SIGKILL)
+
+
+@pytest.mark.parametrize("depth", [-1, 0])
+def test_depths_below_one_mean_the_preset(live_nodes: dict[str, str], tmp_path: Path, depth: int) -> None:
+    answer = ask(f"ros2 topic echo --once --qos-depth {depth} /alpha/chatter", live_nodes, tmp_path)
+    assert answer == Answer("data: 'it''s 5 o''clock: #1'\n---\n", "", 0)
+
+
+PUBLISH_NOW = "ros2 topic pub --once -w 0 -s /stamped std_msgs/msg/Header 'stamp: now'"
+
+
+def test_pub_waits_for_the_first_clock(live_nodes: dict[str, str], tmp_path: Path) -> None:
+    clock = "ros2 topic pub -r 20 /clock rosgraph_msgs/msg/Clock 'clock: {sec: 7}' >/dev/null"
+    answer = ask(f"{clock} & {PUBLISH_NOW}; kill $!", live_nodes, tmp_path)
+    assert "std_msgs.msg.Header(stamp=builtin_interfaces.msg.Time(sec=7, nanosec=0)" in answer.stdout
+    assert (answer.stderr, answer.code) == ("", 0)
+
+
+def test_pub_without_a_clock_says_so(live_nodes: dict[str, str], tmp_path: Path) -> None:
+    answer = ask(PUBLISH_NOW, live_nodes, tmp_path)
+    assert "std_msgs.msg.Header(stamp=builtin_interfaces.msg.Time(sec=0, nanosec=0)" in answer.stdout
+    assert answer.stderr == "No time on /clock within 5 s: stamps are 0 until it arrives\n"
+    assert answer.code == 0
 
 
 def test_run_passes_signals_on(live_nodes: dict[str, str], tmp_path: Path) -> None:

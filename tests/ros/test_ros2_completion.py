@@ -16,6 +16,7 @@ SCRIPT = WORKSPACE / ".venv/ros2-completion.sh"
 CASES = {
     "to": ["topic"],
     "param d": ["delete", "describe", "dump"],
+    "daemon st": ["start", "status", "stop"],
     "topic echo --qos-rel": ["--qos-reliability"],
     "topic echo /alpha/c": ["/alpha/chatter"],
     "topic echo /alpha/chatter --fie": ["--field"],

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,18 +19,11 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_node_name import validate_node_name
 
 from relform_cli.argument_types import non_negative_float
+from relform_cli.discovery import LONGEST_S, discover
 from relform_cli.errors import CommandError
 
-QUIET_S = 0.5
-"""A graph that has not changed for so long is taken for complete."""
-
-LONGEST_S = 2.0
-"""Nobody waits longer for a complete graph."""
-
-POLL_PERIOD_S = 0.02
-
-UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
-"""What the middleware calls the node of an endpoint before it has heard of the node."""
+TAB_QUIET_S = 0.3
+TAB_LONGEST_S = 4.0
 
 NamesAndTypes = list[tuple[str, list[str]]]
 
@@ -62,6 +54,8 @@ def graph_node(arguments: Namespace, name: str | None = None) -> Iterator[Node]:
     """
     # Python's own handlers: signals surface as exceptions here, rather than as a context that is shut down.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    # A shell starts background jobs of scripts with SIGINT ignored, and Python leaves it so.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     name = name or f"{HIDDEN_NODE_PREFIX}ros2cli_{os.getpid()}"
     try:
         validate_node_name(name)  # create_node would warn of more than that
@@ -111,51 +105,11 @@ def deferred_signals() -> Iterator[None]:
         signal.raise_signal(arrival)
 
 
-def discover(
-    node: Node,
-    arguments: Namespace,
-    wanted: Callable[[], bool] = lambda: True,
-    quiet_s: float = QUIET_S,
-    longest_s: float = LONGEST_S,
-) -> None:
-    """Wait until the graph holds what is wanted and does not change, or nobody waits any longer."""
-    if arguments.spin_time is not None:
-        time.sleep(arguments.spin_time)
-        return
-    start = since = time.monotonic()
-    seen = None
-    while (now := time.monotonic()) < start + longest_s:
-        picture = _picture(node)
-        if picture != seen:
-            seen, since = picture, now
-        elif now - since >= quiet_s and len(node.get_node_names()) > 1 and wanted() and _has_names(node):
-            return
-        time.sleep(POLL_PERIOD_S)
-
-
-def _picture(node: Node) -> object:
-    topics = node.get_topic_names_and_types()
-    counts = [(node.count_publishers(topic), node.count_subscribers(topic)) for topic, _ in topics]
-    return topics, counts, node.get_node_names_and_namespaces(), node.get_service_names_and_types()
-
-
-def _has_names(node: Node) -> bool:
-    """Whether the nodes of all endpoints are known: they are heard of later than their topics."""
-    return not any(
-        endpoint.node_name == UNKNOWN_NODE
-        for topic, _ in node.get_topic_names_and_types()
-        for endpoint in (
-            *node.get_publishers_info_by_topic(topic),
-            *node.get_subscriptions_info_by_topic(topic),
-        )
-    )
-
-
 @contextmanager
 def glanced_at(arguments: Namespace) -> Iterator[Node]:
-    """The graph for completers: nobody likes to wait after pressing Tab."""
+    """The graph for completers: after pressing Tab people do not like to wait."""
     with graph_node(arguments) as node:
-        discover(node, Namespace(spin_time=None), quiet_s=0.3)
+        discover(node, Namespace(spin_time=None), quiet_s=TAB_QUIET_S, longest_incomplete_s=TAB_LONGEST_S)
         yield node
 
 

@@ -10,8 +10,9 @@ from rclpy.action.graph import (
 from rclpy.node import HIDDEN_NODE_PREFIX
 
 from relform_cli.commands import VerbParsers
+from relform_cli.discovery import discover, discover_all
 from relform_cli.errors import CommandError
-from relform_cli.graph import add_graph_arguments, discover, graph_node, node_names
+from relform_cli.graph import add_graph_arguments, graph_node, node_names
 from relform_cli.node_names import add_node_argument
 
 
@@ -34,7 +35,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def list_nodes(arguments: Namespace) -> None:
     """List the nodes."""
     with graph_node(arguments) as node:
-        discover(node, arguments)
+        discover_all(node, arguments)
         names = node_names(node, arguments.all)
     if arguments.count_nodes:
         print(len(names))

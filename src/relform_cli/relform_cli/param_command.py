@@ -20,8 +20,9 @@ from rclpy.parameter import PARAMETER_SEPARATOR_STRING, parameter_value_to_pytho
 from relform_cli.argument_types import positive_float
 from relform_cli.commands import Run, VerbParsers
 from relform_cli.completion import completed_by
+from relform_cli.discovery import LONGEST_INCOMPLETE_S, LONGEST_S, discover, discover_all
 from relform_cli.errors import CommandError
-from relform_cli.graph import LONGEST_S, add_graph_arguments, discover, graph_node, node_names
+from relform_cli.graph import add_graph_arguments, graph_node, node_names
 from relform_cli.node_names import add_node_argument
 from relform_cli.parameters import TYPE_NAMES, RemoteParameters, parameters_from_file, value_from_text
 
@@ -68,9 +69,8 @@ def add_verb_of_node(verbs: VerbParsers, name: str, run: Run) -> ArgumentParser:
     verb.add_argument(
         "--timeout",
         type=positive_float,
-        default=LONGEST_S,
         metavar="SECONDS",
-        help=f"wait so long for the node (default: {LONGEST_S:g})",
+        help=f"wait this long for the node (default: {LONGEST_S:g}, longer on a busy machine)",
     )
     return verb
 
@@ -101,7 +101,14 @@ def remote_parameters(arguments: Namespace) -> Iterator[RemoteParameters]:
         def is_there() -> bool:
             return name in node_names(node, arguments.include_hidden_nodes)
 
-        discover(node, arguments, is_there, quiet_s=0.0, longest_s=arguments.timeout)
+        discover(
+            node,
+            arguments,
+            is_there,
+            quiet_s=0.0,
+            longest_s=arguments.timeout or LONGEST_S,
+            longest_incomplete_s=arguments.timeout or LONGEST_INCOMPLETE_S,
+        )
         if not is_there():
             raise CommandError("Node not found")
         yield RemoteParameters(node, name)
@@ -123,9 +130,12 @@ def list_parameters(arguments: Namespace) -> None:
         def there() -> list[str]:
             return node_names(node, arguments.include_hidden_nodes)
 
-        discover(node, arguments, lambda: not wanted or wanted in there())
-        if wanted and wanted not in there():
-            raise CommandError("Node not found")
+        if wanted:
+            discover(node, arguments, lambda: wanted in there())
+            if wanted not in there():
+                raise CommandError("Node not found")
+        else:
+            discover_all(node, arguments)
         for name in [wanted] if wanted else sorted(set(there())):
             try:
                 print_parameters(

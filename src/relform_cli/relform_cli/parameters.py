@@ -18,8 +18,9 @@ from rclpy.parameter import PARAMETER_SEPARATOR_STRING, get_parameter_value
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.task import Future
 
+from relform_cli.discovery import POLL_PERIOD_S
 from relform_cli.errors import CommandError, yaml_problem
-from relform_cli.graph import POLL_PERIOD_S, spin
+from relform_cli.graph import spin
 
 WILDCARD = "/**"
 """What a file of parameters says of all nodes."""
@@ -114,11 +115,14 @@ def parameters_from_file(path: str, use_wildcard: bool) -> list[Parameter]:
         raise CommandError(f"{path} is not YAML: {yaml_problem(error)}") from None
     values: dict[str, Any] = {}
     try:
-        for node in sorted(nodes, key=WILDCARD.__ne__):
-            if use_wildcard or node != WILDCARD:
-                values.update(_flat(nodes[node]["ros__parameters"]))
+        # The wildcard first, so that parameters of named nodes replace its.
+        selected = [node for node in sorted(nodes, key=WILDCARD.__ne__) if use_wildcard or node != WILDCARD]
+        for node in selected:
+            values.update(_flat(nodes[node]["ros__parameters"]))
     except (AttributeError, KeyError, TypeError):
         raise CommandError(f"{path} is not '<node>: {{ros__parameters: {{...}}}}'") from None
+    if not selected:
+        raise CommandError("Param file does not contain selected parameters")
     return [
         Parameter(name=name, value=value_from_text(yaml.safe_dump(value, default_flow_style=True)))
         for name, value in values.items()

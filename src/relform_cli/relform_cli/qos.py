@@ -14,8 +14,6 @@ from rclpy.qos import (
     QoSReliabilityPolicy,
 )
 
-from relform_cli.argument_types import non_negative_int
-
 POLICIES = {
     "history": QoSHistoryPolicy,
     "reliability": QoSReliabilityPolicy,
@@ -35,7 +33,9 @@ def add_qos_arguments(parser: ArgumentParser, preset: str) -> None:
         default=preset,
         help=f"preset that the other options change (default: {preset})",
     )
-    profile.add_argument("--qos-depth", type=non_negative_int, metavar="N", help="size of the queue")
+    profile.add_argument(
+        "--qos-depth", type=int, metavar="N", help="size of the queue (below 1: as the preset)"
+    )
     for name, policy in POLICIES.items():
         profile.add_argument(f"--qos-{name}", choices=policy.short_keys())
     profile.add_argument("--qos-liveliness-lease-duration-seconds", type=float, metavar="SECONDS")
@@ -47,9 +47,9 @@ def qos_profile(arguments: Namespace) -> QoSProfile:
     for name, policy in POLICIES.items():
         if key := getattr(arguments, f"qos_{name}"):
             setattr(profile, name, policy.get_from_short_key(key))
-    if arguments.qos_liveliness_lease_duration_seconds:
+    if (arguments.qos_liveliness_lease_duration_seconds or 0.0) > 0.0:
         profile.liveliness_lease_duration = Duration(seconds=arguments.qos_liveliness_lease_duration_seconds)
-    if arguments.qos_depth is not None:
+    if (arguments.qos_depth or 0) > 0:
         profile.depth = arguments.qos_depth
     elif profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL and profile.depth == 0:
         profile.depth = 1

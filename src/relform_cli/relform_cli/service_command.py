@@ -10,12 +10,11 @@ from rclpy.node import Node
 
 from relform_cli.commands import VerbParsers
 from relform_cli.completion import completed_by
+from relform_cli.discovery import POLL_PERIOD_S, discover, discover_all
 from relform_cli.errors import CommandError
 from relform_cli.graph import (
-    POLL_PERIOD_S,
     NamesAndTypes,
     add_graph_arguments,
-    discover,
     glanced_at,
     graph_node,
     services,
@@ -94,7 +93,7 @@ def complete_values(parsed_args: Namespace, **_: object) -> list[str]:
 
 def discovered_services(arguments: Namespace) -> NamesAndTypes:
     with graph_node(arguments) as node:
-        discover(node, arguments)
+        discover_all(node, arguments)
         return services(node, arguments.include_hidden_services)
 
 

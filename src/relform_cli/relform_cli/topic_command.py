@@ -6,8 +6,9 @@ from typing import Any
 from relform_cli import topic_echo, topic_pub, topic_rates
 from relform_cli.commands import VerbParsers
 from relform_cli.completion import completed_by
+from relform_cli.discovery import discover, discover_all
 from relform_cli.errors import CommandError
-from relform_cli.graph import NamesAndTypes, add_graph_arguments, discover, graph_node, topics
+from relform_cli.graph import NamesAndTypes, add_graph_arguments, graph_node, topics
 from relform_cli.interfaces import all_interfaces
 from relform_cli.topic_names import add_topic_argument, topic_types
 
@@ -59,14 +60,14 @@ def add_hidden_argument(parser: ArgumentParser, default: Any = SUPPRESS) -> None
 
 def discovered_topics(arguments: Namespace) -> NamesAndTypes:
     with graph_node(arguments) as node:
-        discover(node, arguments)
+        discover_all(node, arguments)
         return topics(node, arguments.include_hidden_topics)
 
 
 def list_topics(arguments: Namespace) -> None:
     """List the topics."""
     with graph_node(arguments) as node:
-        discover(node, arguments)
+        discover_all(node, arguments)
         found = topics(node, arguments.include_hidden_topics)
         if arguments.count_topics:
             print(len(found))

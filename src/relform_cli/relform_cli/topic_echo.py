@@ -15,8 +15,9 @@ from rclpy.node import Node
 
 from relform_cli.argument_types import non_negative_int, positive_float
 from relform_cli.completion import completed_by
+from relform_cli.discovery import discover
 from relform_cli.errors import CommandError
-from relform_cli.graph import add_graph_arguments, discover, graph_node, spin
+from relform_cli.graph import add_graph_arguments, graph_node, spin
 from relform_cli.interfaces import message_class
 from relform_cli.message_text import TextStyle, is_message, to_csv, to_yaml
 from relform_cli.qos import add_qos_arguments, listener_profile

@@ -7,8 +7,9 @@ from typing import Any
 from rclpy.node import Node
 
 from relform_cli.completion import completed_by
+from relform_cli.discovery import POLL_PERIOD_S, discover
 from relform_cli.errors import CommandError
-from relform_cli.graph import POLL_PERIOD_S, discover, full_topic_name, glanced_at, topics
+from relform_cli.graph import full_topic_name, glanced_at, topics
 from relform_cli.interfaces import all_interfaces, message_class
 
 

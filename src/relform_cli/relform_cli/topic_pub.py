@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from itertools import count, islice
 from typing import Any
 
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.time import Time
 
@@ -21,6 +22,9 @@ from relform_cli.topic_names import add_topic_argument, complete_message_type
 
 WAIT_PERIOD_S = 0.1
 POLLS_PER_NOTICE = 10
+
+CLOCK_WAIT_S = 5.0
+"""How long the first message waits for the simulation time that it is stamped with."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -84,7 +88,11 @@ def publish(arguments: Namespace) -> None:
     message, times = message_from_yaml(type_, sys.stdin.read() if arguments.stdin else arguments.values)
     with graph_node(arguments, arguments.node_name) as node:
         publisher = node.create_publisher(type_, arguments.topic_name, qos_profile(arguments))
+        if arguments.spin_time is not None:
+            time.sleep(arguments.spin_time)
         wait_for_subscriptions(publisher, wait_for, arguments.max_wait_time_secs)
+        if times and arguments.use_sim_time:
+            wait_for_clock(node)
         print("publisher: beginning loop")
         numbers = count(1)
         due = 1
@@ -114,6 +122,15 @@ def set_times(times: list[Any], now: Time) -> None:
     sec, nanosec = now.seconds_nanoseconds()
     for stamp in times:
         stamp.sec, stamp.nanosec = sec, nanosec
+
+
+def wait_for_clock(node: Node) -> None:
+    """Wait until /clock has set the time of a node; after CLOCK_WAIT_S continue with time 0 and say so."""
+    clock = node.get_clock()
+    deadline = time.monotonic() + CLOCK_WAIT_S
+    spin(node, lambda: clock.now().nanoseconds > 0 or time.monotonic() > deadline)
+    if clock.now().nanoseconds == 0:
+        print(f"No time on /clock within {CLOCK_WAIT_S:g} s: stamps are 0 until it arrives", file=sys.stderr)
 
 
 def wait_for_subscriptions(publisher: Publisher, wanted: int, longest_s: float | None) -> None:
