@@ -43,7 +43,7 @@ def barrier(now: SteadyClock) -> Barrier:
 def observed(now: SteadyClock) -> Barrier:
     """A barrier with observers, for a flight of six steps."""
     return Barrier(
-        MEMBERS,
+        (*MEMBERS, RECORDER, MONITOR),
         observers=(RECORDER, MONITOR),
         configuration=CONFIGURATION,
         n_steps=6,

@@ -1,10 +1,10 @@
-"""The step of each message: announcements, inbox and tally."""
+"""The step of each message: announcements and inbox."""
 
 from collections import Counter
 
 import pytest
 
-from relform_ros.lockstep import READY, Announcements, Done, StepInbox, StepTally, step_at
+from relform_ros.lockstep import READY, Announcements, Done, StepInbox, step_at
 from relform_ros.rejection import Reason, RejectionError
 
 PERIOD_NS = 50_000_000
@@ -12,7 +12,7 @@ A, B = "/a/quadrotor", "/b/quadrotor"
 
 
 def done(node: str, step: int, *sent: str, fault: str = "") -> Done:
-    return Done(node, step, sent, fault)
+    return Done(node, step, tuple((topic, step * PERIOD_NS) for topic in sent), fault)
 
 
 def reason_of(error: pytest.ExceptionInfo[RejectionError]) -> Reason:
@@ -32,7 +32,9 @@ class TestAnnouncements:
         announcements.add(done(A, 0, "/a/imu", "/formation/events"))
         assert announcements.sent(0) is None
         announcements.add(done(B, 0, "/b/imu", "/formation/events"))
-        assert announcements.sent(0) == Counter({"/a/imu": 1, "/b/imu": 1, "/formation/events": 2})
+        assert announcements.sent(0) == Counter(
+            {("/a/imu", 0): 1, ("/b/imu", 0): 1, ("/formation/events", 0): 2}
+        )
         assert announcements.sent(1) is None
 
     def test_that_a_member_is_ready_says_nothing_about_a_step(self) -> None:
@@ -54,7 +56,7 @@ class TestAnnouncements:
         announcements.add(done(A, 0, "/a/imu", fault="hit the ground"))
         announcements.add(done(A, 1))
         announcements.close(0)
-        assert announcements.sent(0) == Counter({"/a/imu": 1})
+        assert announcements.sent(0) == Counter({("/a/imu", 0): 1})
         assert announcements.faulty(0)
         announcements.close(1)
         assert announcements.sent(0) is None
@@ -78,84 +80,100 @@ class TestAnnouncements:
             announcements.add(late)
         assert reason_of(error) is reason
         announcements.add(done(B, 3))
-        assert announcements.sent(3) == Counter({"/a/imu": 1})  # what was rejected left no trace
+        assert announcements.sent(3) == Counter(
+            {("/a/imu", 3 * PERIOD_NS): 1}
+        )  # what was rejected left no trace
 
 
 class TestInbox:
-    def test_a_step_has_one_message(self) -> None:
-        inbox = StepInbox[str](PERIOD_NS)
-        assert inbox.received(0) == 0
+    @pytest.fixture
+    def rejected(self) -> list[Reason]:
+        return []
+
+    @pytest.fixture
+    def inbox(self, rejected: list[Reason]) -> StepInbox[str]:
+        return StepInbox[str](PERIOD_NS, reject=lambda error: rejected.append(error.reason))
+
+    def test_has_what_is_due_when_it_has_arrived(self, inbox: StepInbox[str]) -> None:
+        assert inbox.has({})
+        assert not inbox.has({0: 1})
         inbox.add(0, "imu of step 0")
-        assert inbox.received(0) == 1
-        assert inbox.take(0) == "imu of step 0"
+        assert inbox.has({0: 1})
+        assert inbox.take(0, {0: 1}) == ["imu of step 0"]
+        assert inbox.take(1, {}) == []  # it was lost
 
-    def test_order_of_arrival_does_not_matter(self) -> None:
-        inbox = StepInbox[int](PERIOD_NS)
-        inbox.add(PERIOD_NS, 1)
-        inbox.add(0, 0)
-        assert (inbox.take(0), inbox.take(1)) == (0, 1)
+    def test_order_of_arrival_does_not_matter(self, inbox: StepInbox[str]) -> None:
+        inbox.add(PERIOD_NS, "1")
+        inbox.add(0, "0")
+        assert inbox.take(0, {0: 1}) == ["0"]
+        assert inbox.take(1, {PERIOD_NS: 1}) == ["1"]
 
-    def test_taking_a_step_closes_it_and_all_before_and_none_after(self) -> None:
-        inbox = StepInbox[int](PERIOD_NS)
-        for step in range(3):
-            inbox.add(step * PERIOD_NS, step)
-        assert inbox.take(1) == 1
-        assert inbox.take(1) is None
-        assert inbox.received(0) == 0
-        assert inbox.take(2) == 2
+    def test_several_messages_of_one_stamp(self, inbox: StepInbox[str], rejected: list[Reason]) -> None:
+        inbox.add(0, "a")
+        assert not inbox.has({0: 2})
+        inbox.add(0, "b")
+        assert inbox.take(0, {0: 2}) == ["a", "b"]
+        assert rejected == []
+
+    def test_a_delayed_message_is_due_in_the_step_that_its_sender_announces(
+        self, inbox: StepInbox[str], rejected: list[Reason]
+    ) -> None:
+        for step in range(4):
+            inbox.take(step, {})
+        inbox.add(3 * PERIOD_NS, "1 step late")
+        inbox.add(PERIOD_NS, "3 steps late")
+        inbox.add(4 * PERIOD_NS, "on time")
+        due = {4 * PERIOD_NS: 1, PERIOD_NS: 1, 3 * PERIOD_NS: 1}
+        assert inbox.take(4, due) == ["3 steps late", "1 step late", "on time"]
+        assert rejected == []
+
+    def test_what_nobody_announces_is_rejected_after_a_while(
+        self, inbox: StepInbox[str], rejected: list[Reason]
+    ) -> None:
+        inbox.take(4, {})
+        inbox.add(PERIOD_NS, "from a stranger")
+        inbox.take(5, {})
+        inbox.take(6, {})
+        assert rejected == []  # the sender may be two steps ahead
+        inbox.take(7, {})
+        assert rejected == [Reason.STALE]
+        assert len(inbox) == 0
+
+    def test_the_first_of_too_many_is_taken(self, inbox: StepInbox[str], rejected: list[Reason]) -> None:
+        inbox.add(0, "the first one")
+        inbox.add(0, "another")
+        assert inbox.take(0, {0: 1}) == ["the first one"]
+        assert rejected == [Reason.DUPLICATE]
 
     @pytest.mark.parametrize(
-        ("stamp_ns", "reason"),
-        [
-            (5 * PERIOD_NS, Reason.DUPLICATE),
-            (4 * PERIOD_NS, Reason.STALE),
-            (8 * PERIOD_NS, Reason.EARLY),
-            (5 * PERIOD_NS + 1, Reason.INVALID),
-        ],
+        ("stamp_ns", "reason"), [(8 * PERIOD_NS, Reason.EARLY), (5 * PERIOD_NS + 1, Reason.INVALID)]
     )
-    def test_rejected(self, stamp_ns: int, reason: Reason) -> None:
-        inbox = StepInbox[str](PERIOD_NS)
-        inbox.take(4)
-        inbox.add(5 * PERIOD_NS, "the first one")
+    def test_impossible_stamps_are_rejected(
+        self, stamp_ns: int, reason: Reason, inbox: StepInbox[str]
+    ) -> None:
+        inbox.take(4, {})
         with pytest.raises(RejectionError) as error:
             inbox.add(stamp_ns, "another")
         assert reason_of(error) is reason
-        assert inbox.take(5) == "the first one"
+        assert len(inbox) == 0
 
-    def test_a_node_that_has_not_received_a_tick_accepts_messages_of_the_next_step(self) -> None:
+    def test_a_node_that_has_not_received_a_tick_accepts_messages_of_the_next_step(
+        self, inbox: StepInbox[str]
+    ) -> None:
         # In step k a vehicle closes step k - 1; the others may have finished k and be in k + 1.
-        inbox = StepInbox[int](PERIOD_NS)
-        inbox.take(3)
-        inbox.add(4 * PERIOD_NS, 4)
-        inbox.add(5 * PERIOD_NS, 5)
-        assert (inbox.take(4), inbox.take(5)) == (4, 5)
+        inbox.take(3, {})
+        inbox.add(4 * PERIOD_NS, "4")
+        inbox.add(5 * PERIOD_NS, "5")
+        assert inbox.take(4, {4 * PERIOD_NS: 1}) == ["4"]
+        assert inbox.take(5, {5 * PERIOD_NS: 1}) == ["5"]
 
-    def test_memory_does_not_grow(self) -> None:
-        inbox, tally, announcements = StepInbox[int](PERIOD_NS), StepTally(PERIOD_NS), Announcements([A])
+    def test_memory_does_not_grow(self, inbox: StepInbox[str]) -> None:
+        announcements = Announcements([A])
         for step in range(1000):
-            inbox.add(step * PERIOD_NS, step)
-            tally.add(step * PERIOD_NS)
+            inbox.add(step * PERIOD_NS, "due")
+            inbox.add(0, "never due")
             announcements.add(done(A, step))
-            inbox.take(step)
-            tally.close(step)
+            inbox.take(step, {step * PERIOD_NS: 1})
             announcements.close(step)
-        assert max(len(each._steps) for each in (inbox, tally, announcements)) <= 2
-
-
-class TestTally:
-    def test_any_number_of_messages_per_step(self) -> None:
-        tally = StepTally(PERIOD_NS)
-        assert [tally.add(PERIOD_NS), tally.add(0), tally.add(PERIOD_NS)] == [1, 1, 2]
-        assert [tally.received(step) for step in range(3)] == [1, 2, 0]
-
-    def test_rejected(self) -> None:
-        tally = StepTally(PERIOD_NS)
-        tally.close(1)
-        for stamp_ns, reason in (
-            (PERIOD_NS, Reason.STALE),
-            (9 * PERIOD_NS, Reason.EARLY),
-            (1, Reason.INVALID),
-        ):
-            with pytest.raises(RejectionError) as error:
-                tally.add(stamp_ns)
-            assert reason_of(error) is reason
+        assert len(inbox) <= 2
+        assert len(announcements._steps) <= 2

@@ -2,6 +2,7 @@
 
 import re
 import signal
+import subprocess
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,7 +29,7 @@ from relform_msgs.msg import FormationEvent, FormationReference, RelativePositio
 from relform_msgs.srv import SetFormation
 from relform_ros.fields import stamp_from_msg, stamp_to_msg
 from relform_ros.qos import LATCHED, LOCKSTEP
-from support.nodes import Nodes, short
+from support.nodes import INSTALL, Nodes, short
 from support.observer import Observer
 from support.scenarios import paper_scenario
 
@@ -77,6 +78,17 @@ def test_who_is_not_there_is_named(tmp_path: Path, domain_id: int, observer: Obs
     )
 
 
+def test_the_controller_starts_by_its_former_name_with_a_warning() -> None:
+    leader = INSTALL / "relform_controller/lib/relform_controller/leader"
+    run = subprocess.run([leader], capture_output=True, text=True)
+    warning, error = run.stderr.splitlines()
+    assert warning == (
+        "leader: warning: this executable is now called controller: ros2 run relform_controller controller"
+    )
+    assert error.startswith("/formation/controller: parameter scenario is not set")
+    assert run.returncode == EXIT_ERROR
+
+
 @pytest.mark.parametrize("name", ["follower_1", "clock"])
 def test_a_namesake_from_another_flight_is_named(name: str, tmp_path: Path, domain_id: int) -> None:
     scenario, other = paper_scenario(short(0.5)), tmp_path / "other"
@@ -89,7 +101,8 @@ def test_a_namesake_from_another_flight_is_named(name: str, tmp_path: Path, doma
         code, errors = nodes.end("clock")
     assert code == EXIT_ERROR
     assert errors == (
-        f"/sim/clock: more than one node is called {full_name}: stop what does not belong to this flight\n"
+        f"/sim/clock: more than one node is called {full_name}: "
+        "stop the nodes that do not belong to this flight\n"
     )
 
 

@@ -1,1 +1,1 @@
-"""The ROS side of relform: message conversions, QoS profiles, lock-step and the node runner."""
+"""The ROS side of relform: message conversions, topics, pacing, parameters and the main function of nodes."""

@@ -17,23 +17,23 @@ class SilentNodeError(FlightError):
 
 
 class VehicleFaultError(FlightError):
-    """A member says that the run cannot go on."""
+    """A member reported that it cannot continue."""
 
 
 class DisagreementError(FlightError):
-    """A member flies something else."""
+    """A member flies another configuration."""
 
 
 class Barrier:
-    """Who has finished the current step, and who has not.
+    """Which members have finished the current step.
 
-    The observers, on whom no other member waits, may be one step behind: they hold up a flight only if they
-    cannot keep pace. Before the start, at the end and after a fault they are waited for like the others.
+    No other member waits for the observers, so they may be one step behind: they delay a flight only if they
+    cannot keep pace. Before the start, at the end and after a fault the barrier waits for them as for others.
 
     Args:
-        members: fully qualified node names, without the observers.
-        observers: likewise.
-        configuration: what every member must say when it joins.
+        members: fully qualified names of all nodes but the clock.
+        observers: those among the members that may be one step behind.
+        configuration: what every member must report when it joins.
         n_steps: the last step.
         period: length of a step [s], for messages.
         start_timeout: time that all members may take to be ready [s].
@@ -53,13 +53,13 @@ class Barrier:
         now: Callable[[], float],
     ) -> None:
         self._observers = tuple(observers)
-        self._finished = dict.fromkeys((*members, *self._observers), READY - 1)
+        self._finished = dict.fromkeys(members, READY - 1)
         """The newest step that each member has finished."""
         self._faults: dict[str, str] = {}
-        """Who cannot go on, and why."""
+        """Why members cannot continue, by name."""
         self._configuration = configuration
         self._disagreement = ""
-        """Who flies something else, and what."""
+        """Which member flies another configuration, in words; empty: none."""
         self._n_steps = n_steps
         self._period = period
         self._timeouts = start_timeout, step_timeout
@@ -76,7 +76,7 @@ class Barrier:
         """Take in that a member has finished a step.
 
         Raises:
-            RejectionError: it is no member, or this is not the step that it has to finish next.
+            RejectionError: the node is no member, or this is not the step that it has to finish next.
         """
         if done.node not in self._finished:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is no member of this barrier")
@@ -103,9 +103,9 @@ class Barrier:
         """Whether the next step may begin.
 
         Raises:
-            DisagreementError: a member flies something else.
-            SilentNodeError: not yet, and the time for this one is up.
-            VehicleFaultError: likewise, and a member reported a fault.
+            DisagreementError: a member flies another configuration.
+            SilentNodeError: not yet, and the time for this step is over.
+            VehicleFaultError: likewise, and a member has reported a fault.
         """
         if self._disagreement:
             raise DisagreementError(self._disagreement)

@@ -1,4 +1,4 @@
-"""What a node says about itself on /diagnostics."""
+"""What a node reports about itself on /diagnostics."""
 
 from collections.abc import Mapping
 
@@ -17,7 +17,7 @@ def is_due(step: int, period_ns: int) -> bool:
 def diagnostics_to_msg(
     stamp_ns: int, node: str, rejections: Rejections, values: Mapping[str, object]
 ) -> DiagnosticArray:
-    """Messages rejected since the start by reason, and the node's own values; a warning if there are any."""
+    """Number of rejected messages by reason, and the node's own values; a warning if any was rejected."""
     counts = {f"rejected.{reason}": rejections[reason] for reason in Reason}
     warned = rejections.total > 0
     status = DiagnosticStatus(

@@ -19,7 +19,7 @@ from relform_ros.topics import Topic
 
 
 class Endpoints:
-    """What a node writes and reads."""
+    """The topics that a node writes and reads."""
 
     def __init__(self, node: Node, topics: Mapping[str, Topic]) -> None:
         self.rejections = Rejections()
@@ -36,11 +36,11 @@ class Endpoints:
 
     @property
     def readable(self) -> tuple[Topic, ...]:
-        """The topics of which the table says that this node reads them."""
+        """The topics that this node reads by the table."""
         return tuple(topic for topic in self._topics.values() if self._name in topic.readers)
 
     def publish(self, topic: str, message: Any) -> None:
-        """Send a message on a topic of which the table says that this node writes it."""
+        """Send a message on a topic that this node writes by the table."""
         self._publishers[topic].publish(message)
 
     def subscribe_raw(self, topic: str, callback: Callable[[bytes, int], None]) -> None:
@@ -76,10 +76,10 @@ class Endpoints:
         self._subscriptions[topic] = self._node.create_subscription(entry.type, topic, take, entry.qos)
 
     def unmatched(self, among: Iterable[str] | None = None) -> set[str]:
-        """Topics whose other writers or readers this node has not all discovered yet.
+        """Topics with writers or readers that this node has not discovered yet.
 
         Args:
-            among: look only at these topics; None: at all that the node writes or reads.
+            among: check only these topics; None: all that the node writes or reads.
         """
         topics = {*self._publishers, *self._subscriptions} if among is None else among
         return {
@@ -96,13 +96,13 @@ class Endpoints:
         return {*writers, *readers} - {self._name}
 
     def absent(self, topic: str) -> set[str]:
-        """The partners of a topic that are not to be seen on it."""
+        """The partners of a topic that are missing on it."""
         writers = self._node.get_publishers_info_by_topic(topic)
         readers = self._node.get_subscriptions_info_by_topic(topic)
         return self.partners(topic) - _full_names([*writers, *readers])
 
     def intruders(self) -> list[str]:
-        """Who would be taken for a node of this table, a line each: its namesakes, and other clocks."""
+        """A line for each node that could be mistaken for one of this table: namesakes and other clocks."""
         writers = {
             topic: Counter(_full_name(info) for info in self._node.get_publishers_info_by_topic(topic))
             for topic in self._topics
@@ -120,13 +120,13 @@ class Endpoints:
         ]
 
     def wait_until_received(self, timeout_s: float) -> None:
-        """Wait until the readers have all that this node has sent, but not longer than the timeout."""
+        """Wait until the readers have received everything from this node, but not longer than the timeout."""
         deadline = time.monotonic() + timeout_s
         for publisher in self._publishers.values():
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
-    # A count alone may be that of strangers (`ros2 topic echo`), and a name may be known before it is
-    # connected: the named nodes must be there, and whatever is there must be connected.
+    # Counting is not enough, because strangers count as well (`ros2 topic echo`), and a node can be known
+    # before it is connected. So all named nodes must be known, and all known nodes must be connected.
 
     def _publisher_matched(self, topic: str) -> bool:
         publisher = self._publishers.get(topic)

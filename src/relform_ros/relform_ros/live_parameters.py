@@ -19,17 +19,17 @@ T = TypeVar("T", bound=LiveValues)
 class LiveParameters(Generic[T]):
     """``LiveValues`` as parameters of a node.
 
-    What is accepted is what the parameters tell from then on; nothing else happens before ``take``.
+    The parameters have an accepted value immediately; the node applies it when it calls ``take``.
 
     Args:
-        live: what there is to change; what the node was started with counts as the first change.
+        live: what may be changed; the values that the node is started with are the first change.
     Raises:
-        ConfigError: one line: the node was started with a value that cannot be used.
+        ConfigError: one line: the node is started with a value that cannot be used.
     """
 
     def __init__(self, node: Node, live: T) -> None:
         self.live = live
-        """As accepted so far."""
+        """With all changes accepted so far."""
         self._node = node
         self._accepted: dict[str, Value] = {}
         self._closed = False
@@ -44,7 +44,7 @@ class LiveParameters(Generic[T]):
         node.add_post_set_parameters_callback(self._on_was_set)
 
     def take(self) -> Mapping[str, Value]:
-        """What was accepted since the last time; to be applied now."""
+        """The changes accepted since the last call, to be applied now."""
         accepted, self._accepted = self._accepted, {}
         return accepted
 
@@ -59,14 +59,14 @@ class LiveParameters(Generic[T]):
         self._show(changes)
 
     def follow(self, values: Mapping[str, Value]) -> None:
-        """Let the parameters tell what holds now for another reason; there is nothing to apply."""
+        """Set the parameters to values that already hold for another reason; there is nothing to apply."""
         changes = {key: value for key, value in values.items() if value != self.live.values[key]}
         if changes:
             self.live = self.live.changed(changes)
             self._show(changes)
 
     def close(self) -> None:
-        """Refuse what comes from now on: nothing would apply it."""
+        """Refuse all changes from now on, because nothing would apply them."""
         self._closed = True
 
     def _check_open(self) -> None:
@@ -89,11 +89,11 @@ class LiveParameters(Generic[T]):
     def _own(self, parameters: Iterable[Parameter]) -> dict[str, Value]:
         return {each.name: _value(each.value) for each in parameters if each.name in self.live.described}
 
-    # rclpy lets a change be amended, checks it, asks, and tells when all have agreed: it is whole or is none.
+    # rclpy calls these in order: amend a change, accept or refuse it as a whole, report that it was made.
 
     def _before_set(self, parameters: list[Parameter]) -> list[Parameter]:
         unknown = [each.name for each in parameters if not self._node.has_parameter(each.name)]
-        if unknown:  # rclpy would refuse them as well, but its list of names misses the first
+        if unknown:  # rclpy would refuse them as well, but omits the first name
             raise ParameterNotDeclaredException(unknown)
         return [
             Parameter(each.name, value=doubles(each.value)) if each.name in self.live.described else each

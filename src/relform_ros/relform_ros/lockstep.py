@@ -1,10 +1,10 @@
 """Lock-step as one node sees it: the step of each message, and whether a step's messages have arrived.
 
-Step k is the instant k * period; the stamp of a message says to which step it belongs.
+Step k is the instant k * period. A message belongs to the step in which its sender announces it.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -30,8 +30,8 @@ class Done:
 
     node: str
     step: int
-    sent: tuple[str, ...]
-    """The topic of each message that it has published in this step."""
+    sent: tuple[tuple[str, int], ...]
+    """Topic and stamp [ns] of each message that it has published in this step."""
     fault: str
     """Empty, or why the node cannot continue."""
     configuration: str = ""
@@ -108,12 +108,12 @@ class Announcements:
             raise RejectionError(Reason.DUPLICATE, f"{done.node} has finished step {done.step} before")
         step[done.node] = done
 
-    def sent(self, step: int) -> Counter[str] | None:
-        """How often each topic was published in a step; None while not all awaited have finished it."""
+    def sent(self, step: int) -> Counter[tuple[str, int]] | None:
+        """Number of messages of a step by topic and stamp [ns]; None until all awaited have finished it."""
         done = self._steps[step].values()
         if len(done) < len(self._awaited):
             return None
-        return Counter(topic for each in done for topic in each.sent)
+        return Counter(message for each in done for message in each.sent)
 
     def faulty(self, step: int) -> bool:
         """Whether an awaited member has reported that it cannot continue."""
@@ -125,56 +125,67 @@ class Announcements:
 
 
 class StepInbox(Generic[M]):
-    """Messages of one topic in the open steps, at most one per step."""
+    """Messages of one topic, from their arrival until the step in which they are due.
 
-    def __init__(self, period_ns: int) -> None:
+    A message is due in the step in which its sender announces it, which may be later than its stamp.
+
+    Args:
+        reject: called with the reason for each message that no sender has announced.
+    """
+
+    def __init__(self, period_ns: int, reject: Callable[[RejectionError], None]) -> None:
         self._period_ns = period_ns
-        self._steps: _OpenSteps[list[M]] = _OpenSteps(list)
+        self._reject = reject
+        self._oldest = 0
+        self._messages: defaultdict[int, list[_Arrived[M]]] = defaultdict(list)
+        """By stamp [ns]."""
+
+    def __len__(self) -> int:
+        return sum(map(len, self._messages.values()))
 
     def add(self, stamp_ns: int, message: M) -> None:
-        """Put a message to its step.
+        """Keep a message that has arrived.
 
         Raises:
-            RejectionError: the step is not open, or it has a message already.
+            RejectionError: no step begins at its stamp, or no node can have reached that step.
         """
-        number = step_at(stamp_ns, self._period_ns)
-        step = self._steps.opened(number)
-        if step:
-            raise RejectionError(Reason.DUPLICATE, f"step {number} has this message already")
-        step.append(message)
+        step = step_at(stamp_ns, self._period_ns)
+        if step > self._oldest + AHEAD:
+            raise RejectionError(
+                Reason.EARLY, f"belongs to step {step}, which is to come (now: {self._oldest})"
+            )
+        self._messages[stamp_ns].append(_Arrived(message, self._oldest + AHEAD))
 
-    def received(self, step: int) -> int:
-        """Number of messages of a step so far."""
-        return len(self._steps[step])
+    def has(self, due: Mapping[int, int]) -> bool:
+        """Whether so many messages of these stamps [ns] have arrived."""
+        return all(len(self._messages.get(stamp_ns, ())) >= number for stamp_ns, number in due.items())
 
-    def take(self, step: int) -> M | None:
-        """The message of a step, if there is one; the step is closed."""
-        messages = self._steps[step]
-        self._steps.close(step)
-        return messages.pop() if messages else None
+    def take(self, step: int, due: Mapping[int, int]) -> list[M]:
+        """The messages that are due in a step, by stamp; the step is closed.
 
-
-class StepTally:
-    """Counts the messages of one topic in the open steps, any number per step."""
-
-    def __init__(self, period_ns: int) -> None:
-        self._period_ns = period_ns
-        self._steps: _OpenSteps[list[int]] = _OpenSteps(lambda: [0])
-
-    def add(self, stamp_ns: int) -> int:
-        """Count a message, and return its ordinal within its step, from 1.
-
-        Raises:
-            RejectionError: the step is not open.
+        Args:
+            due: how many messages of which stamp [ns]; see ``has``.
         """
-        step = self._steps.opened(step_at(stamp_ns, self._period_ns))
-        step[0] += 1
-        return step[0]
+        taken = []
+        for stamp_ns, number in sorted(due.items()):
+            arrived = self._messages.pop(stamp_ns)
+            taken += [each.message for each in arrived[:number]]
+            for _ in arrived[number:]:
+                self._reject(RejectionError(Reason.DUPLICATE, f"stamp {stamp_ns} ns has a message already"))
+        self._oldest = max(self._oldest, step + 1)
+        for stamp_ns, arrived in list(self._messages.items()):
+            kept = [each for each in arrived if each.kept_until > step]
+            for _ in arrived[len(kept) :]:
+                self._reject(RejectionError(Reason.STALE, f"stamp {stamp_ns} ns is due in no step"))
+            if kept:
+                self._messages[stamp_ns] = kept
+            else:
+                del self._messages[stamp_ns]
+        return taken
 
-    def received(self, step: int) -> int:
-        """Number of messages of a step so far."""
-        return self._steps[step][0]
 
-    def close(self, step: int) -> None:
-        """Close a step and all before it."""
-        self._steps.close(step)
+@dataclass(frozen=True)
+class _Arrived(Generic[M]):
+    message: M
+    kept_until: int
+    """The last step in which it can be due."""

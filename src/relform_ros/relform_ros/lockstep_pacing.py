@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -19,8 +20,9 @@ from relform_ros.diagnostics import diagnostics_to_msg, is_due
 from relform_ros.discovery import check_name, discover
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_from_msg
-from relform_ros.lockstep import JOINED, READY, Announcements, Done, StepInbox, StepTally, step_at
+from relform_ros.lockstep import JOINED, READY, Announcements, Done, StepInbox, step_at
 from relform_ros.pacing import Gathered, Stamped
+from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
 from relform_ros.step_done import done_from_msg, done_to_msg
@@ -40,8 +42,8 @@ def configuration_of(scenario: LoadedScenario, roster: Roster) -> str:
 class LockstepPacing:
     """Waits for the ticks of the clock and for all messages of a step; implements ``Pacing``.
 
-    Of a topic whose writers report the end of their steps to this node, a step has as many messages as they
-    say. Of any other topic it has exactly one.
+    Of a topic whose writers report the end of their steps to this node, those messages are due in a step that
+    they report. Of any other topic the one message is due that has the stamp of the step.
 
     Raises:
         ConfigError: the node is no member of the flight.
@@ -60,12 +62,12 @@ class LockstepPacing:
             topic.name for topic in self.readable if not set(topic.writers).isdisjoint(awaited)
         }
         """Topics whose number of messages per step is announced."""
-        self._inboxes: dict[str, StepInbox[Stamped]] = {}
-        self._tallies: dict[str, StepTally] = {}
+        self._inboxes: dict[str, StepInbox[Stamped | None]] = {}
+        self._watched: set[str] = set()
         self._spinner = spinner
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
-        self._sent: list[str] = []
+        self._sent: list[tuple[str, int]] = []
         self._promised: list[str] = []
         self._newest_tick = -1
         self._next_look = -math.inf
@@ -79,24 +81,31 @@ class LockstepPacing:
         """See ``Pacing``."""
         return self._endpoints.readable
 
-    def read(self, topic: str, decode: Callable[[Any], Stamped]) -> None:
+    def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
         """See ``Pacing``."""
-        inbox = self._inboxes[topic] = StepInbox[Stamped](self._period_ns)
+        reject = partial(self._endpoints.rejections.count, topic)
+        inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject)
 
         def take(msg: Any) -> None:
             message = decode(msg)
             inbox.add(message.stamp_ns, message)
 
-        self._endpoints.subscribe(topic, take)
+        if raw:
+            self._endpoints.subscribe_raw(topic, lambda data, publish_time_ns: take(data))
+        else:
+            self._endpoints.subscribe(topic, take)
 
-    def read_raw(self, topic: str, take: Callable[[bytes, int], None]) -> None:
+    def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
         """See ``Pacing``."""
-        self._tallies[topic] = StepTally(self._period_ns)
-        self._endpoints.subscribe_raw(topic, take)
+        self._watched.add(topic)
+        inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject=lambda _: None)
 
-    def count(self, topic: str, stamp_ns: int) -> int:
-        """See ``Pacing``."""
-        return self._tallies[topic].add(stamp_ns)
+        def take_and_count(data: bytes, publish_time_ns: int) -> None:
+            take(data, publish_time_ns)
+            with suppress(RejectionError):  # no step waits for it
+                inbox.add(raw_stamp_ns(data), None)
+
+        self._endpoints.subscribe_raw(topic, take_and_count)
 
     def steps(self) -> Iterator[int]:
         """See ``Pacing``: joins the flight, then yields each step when the clock has reached it."""
@@ -111,19 +120,18 @@ class LockstepPacing:
 
     def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
         """See ``Pacing``."""
-        topics = (*self._inboxes, *self._tallies) if topics is None else tuple(topics)
-        announced = [topic for topic in topics if topic in self._announced]
-        certain = [topic for topic in topics if topic not in self._announced]
-        self._wait(lambda: self._has_arrived(step, announced, certain))
+        topics = tuple(self._inboxes if topics is None else topics)
+        announced = self._announced.intersection(topics)
+        self._wait(lambda: self._has_arrived(step, topics))
+        due = self._due(step, topics)
+        assert due is not None
         faulty = bool(announced) and self._announcements.faulty(step)
         if announced:
             self._announcements.close(step)
-        messages = {}
-        for topic in topics:
-            if topic in self._tallies:
-                self._tallies[topic].close(step)
-            elif (message := self._inboxes[topic].take(step)) is not None:
-                messages[topic] = message
+        taken = {topic: self._inboxes[topic].take(step, due.get(topic, {})) for topic in topics}
+        messages = {
+            topic: tuple(each) for topic, each in taken.items() if each and topic not in self._watched
+        }
         return Gathered(messages, faulty)
 
     def publish(self, topic: str, message: Any) -> None:
@@ -132,7 +140,7 @@ class LockstepPacing:
         if topic in self._promised:
             self._promised.remove(topic)
         else:
-            self._sent.append(topic)
+            self._sent.append((topic, stamp_from_msg(message.header.stamp)))
 
     def done(
         self,
@@ -147,7 +155,7 @@ class LockstepPacing:
             rejections = self._endpoints.rejections
             self.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, report or {}))
         self._promised = list(promised)
-        self._sent += self._promised
+        self._sent += [(topic, stamp_ns) for topic in self._promised]
         self._send_done(step, stamp_ns, fault)
 
     def leave(self) -> None:
@@ -159,16 +167,21 @@ class LockstepPacing:
             self._spinner.once()
             self._look_for_clock()
 
-    def _has_arrived(self, step: int, announced: Iterable[str], certain: Iterable[str]) -> bool:
-        if announced:
-            sent = self._announcements.sent(step)
-            if sent is None or any(self._received(topic, step) < sent[topic] for topic in announced):
-                return False
-        return all(self._received(topic, step) for topic in certain)
+    def _has_arrived(self, step: int, topics: Iterable[str]) -> bool:
+        due = self._due(step, topics)
+        return due is not None and all(self._inboxes[topic].has(stamps) for topic, stamps in due.items())
 
-    def _received(self, topic: str, step: int) -> int:
-        tally = self._tallies.get(topic)
-        return self._inboxes[topic].received(step) if tally is None else tally.received(step)
+    def _due(self, step: int, topics: Iterable[str]) -> dict[str, dict[int, int]] | None:
+        """Number of messages that are due in a step by topic and stamp [ns]; None: not known yet."""
+        due = {topic: {step * self._period_ns: 1} for topic in topics if topic not in self._announced}
+        announced = {topic: dict[int, int]() for topic in topics if topic in self._announced}
+        if announced:
+            if (sent := self._announcements.sent(step)) is None:
+                return None
+            for (topic, stamp_ns), number in sent.items():
+                if topic in announced:
+                    announced[topic][stamp_ns] = number
+        return due | announced
 
     def _look_for_clock(self) -> None:
         """Find out whether the clock is gone for good; before its first tick another may be started."""

@@ -16,15 +16,15 @@ class Stamped(Protocol):
 
     @property
     def stamp_ns(self) -> int:
-        """The instant that it belongs to [ns]."""
+        """The instant that its content is about [ns]."""
 
 
 @dataclass(frozen=True)
 class Gathered:
     """The messages of one step."""
 
-    messages: Mapping[str, Any]
-    """Decoded, by topic, in the order in which the node began to read them; absent: not sent."""
+    messages: Mapping[str, tuple[Any, ...]]
+    """Decoded, by topic in the order in which the node began to read them, oldest first; never empty."""
     faulty: bool
     """Whether a sender of this step reported that it cannot continue."""
 
@@ -36,26 +36,19 @@ class Pacing(Protocol):
     def readable(self) -> tuple[Topic, ...]:
         """The topics that this node may read."""
 
-    def read(self, topic: str, decode: Callable[[Any], Stamped]) -> None:
-        """Read a topic of at most one message per step; ``gather`` hands the messages over.
+    def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
+        """Read a topic; ``gather`` hands its messages over.
 
         Args:
-            decode: raises RejectionError for a message that cannot be used; it is counted.
+            decode: takes a message, and raises RejectionError if it cannot be used, which is counted.
+            raw: the message is passed to ``decode`` as it was serialized.
         """
 
-    def read_raw(self, topic: str, take: Callable[[bytes, int], None]) -> None:
-        """Read a topic without decoding, any number of messages per step.
+    def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
+        """Pass on every message of a topic as it arrives; ``gather`` waits for them as well.
 
         Args:
-            take: called with each message as it arrives, and the wall time at which it was published [ns];
-                calls ``count`` for every message that belongs to a step. A RejectionError is counted.
-        """
-
-    def count(self, topic: str, stamp_ns: int) -> int:
-        """Note that a raw message has arrived, and return its ordinal within its topic and step, from 1.
-
-        Raises:
-            RejectionError: the instant belongs to no open step.
+            take: takes the serialized message and the wall time at which it was published [ns].
         """
 
     def steps(self) -> Iterator[int]:
@@ -67,10 +60,10 @@ class Pacing(Protocol):
         """
 
     def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
-        """Wait for the messages of a step, hand over those that were decoded, and close the step for them.
+        """The messages that are due in a step; a message may be older than the step in which it is due.
 
         Args:
-            topics: which of the topics that the node reads; None: all.
+            topics: which of the topics that the node reads or watches; None: all.
         Raises:
             FlightError: the flight is over before its last step.
             StopRequestedError: by a signal.

@@ -1,4 +1,4 @@
-"""The parameters of nodes: which scenario is flown, who takes part, and what else is read at the start."""
+"""The parameters that nodes read at the start: scenario, observers, and their own."""
 
 import array
 import difflib
@@ -24,14 +24,14 @@ EXAMPLES = {
     Parameter.Type.STRING: "some text",
     Parameter.Type.STRING_ARRAY: "[some, text]",
 }
-"""How values of a type are written."""
+"""A value of each type as it is written."""
 
 
 def declare(node: Node, name: str, default: T, descriptor: ParameterDescriptor) -> T:
-    """Declare a parameter: its value at the start of the node.
+    """Declare a parameter, and return its value at the start of the node.
 
     Raises:
-        ConfigError: one line: the value that was given cannot be used.
+        ConfigError: one line: the given value cannot be used.
     """
     given = _given(node).get(name)
     value = default if given is None or given.type_ is Parameter.Type.NOT_SET else given.value
@@ -54,7 +54,7 @@ def declare(node: Node, name: str, default: T, descriptor: ParameterDescriptor) 
 
 
 def doubles(value: Any) -> Any:
-    """The value of a parameter that holds doubles: 10.0 is often written as 10."""
+    """The value of a parameter of type double, which may be written as an integer."""
     if type(value) is int:
         return float(value)
     if isinstance(value, list | array.array) and any(type(each) is int for each in value):
@@ -70,7 +70,7 @@ def read_only(
     Args:
         bounds: least and greatest value of a number.
     Raises:
-        ConfigError: one line: the value that was given cannot be used.
+        ConfigError: one line: the given value cannot be used.
     """
     descriptor = ParameterDescriptor(description=description, read_only=True)
     if bounds is not None:
@@ -96,15 +96,15 @@ def read_scenario(node: Node) -> LoadedScenario:
 def read_observers(node: Node) -> tuple[str, ...]:
     """Names of the nodes that the parameter ``observers`` adds to the barrier."""
     description = (
-        "Fully qualified names of the nodes for which every step waits, beside vehicles and controller."
+        "Fully qualified names of the nodes that every step waits for, beside vehicles and controllers."
     )
     return tuple(name for name in read_only(node, "observers", [""], description) if name)
 
 
 def warn_of_unknown(node: Node) -> None:
-    """Name the parameters that were given but that the node, all of its own declared, does not have.
+    """Print a warning for each given parameter that the node has not declared.
 
-    It goes on: a section ``/**`` of a file is meant for several nodes, which need not have all of it.
+    It is no error: a section ``/**`` of a file is for several nodes, and not each has all its parameters.
     """
     known = node.list_parameters([], 0).names
     for name in sorted(set(_given(node)) - set(known)):
@@ -117,6 +117,6 @@ def warn_of_unknown(node: Node) -> None:
 
 
 def _given(node: Node) -> Mapping[str, Parameter]:
-    """What the command line and its files say about the parameters of a node; rclpy hides it."""
+    """Parameters of a node on the command line and in its files; rclpy has no public name for them."""
     given: Mapping[str, Parameter] = node._parameter_overrides
     return given

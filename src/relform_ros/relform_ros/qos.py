@@ -1,9 +1,9 @@
-"""Quality of service: in lock-step nothing that a step depends on may be dropped by the transport."""
+"""Quality of service: in lock-step the transport must not drop a message that a step depends on."""
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 DEPTH = 100
-"""History kept for a slow reader; a step waits for all members, so few messages are ever outstanding."""
+"""Messages kept for a slow reader; a step waits for all members, so there are never many."""
 
 LOCKSTEP = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
@@ -17,4 +17,4 @@ LATCHED = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""Whoever comes late still gets the last messages."""
+"""A reader that joins later still gets the last messages."""

@@ -1,4 +1,4 @@
-"""Subscriptions that take messages as they come over the wire, without decoding them."""
+"""Subscriptions that take serialized messages without decoding them."""
 
 import inspect
 import struct
@@ -13,7 +13,7 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 
 _STAMP = struct.Struct("<iI")
 _STAMP_OFFSET = 4
-"""Behind the bytes that name the encoding, which is little endian."""
+"""After the bytes that name the encoding, which is little endian."""
 
 
 def raw_stamp_ns(data: bytes) -> int:
@@ -36,6 +36,6 @@ def subscribe_raw(
         data, info = arguments if len(arguments) == 2 else arguments[0]
         callback(data, info["source_timestamp"])
 
-    # By its signature rclpy sees that a callback wants the info.
+    # The signature tells rclpy that this callback takes the info.
     take.__signature__ = inspect.signature(lambda data, info: None)  # type: ignore[attr-defined]  # any object may have one
     return node.create_subscription(type_, topic, take, qos, raw=True)

@@ -1,4 +1,4 @@
-"""Why a message that came over the wire was not used, and how often."""
+"""Why messages were not used, and how often."""
 
 from collections import Counter
 from enum import StrEnum
@@ -12,11 +12,11 @@ class Reason(StrEnum):
     INVALID = "invalid"
     """Its content cannot be used: not finite, wrong size, out of its bounds."""
     FOREIGN = "foreign"
-    """It belongs to nobody here: unknown vehicle, frame or sender."""
+    """Its vehicle, frame or sender is unknown."""
     STALE = "stale"
-    """It belongs to a step that is over."""
+    """It belongs to a step that is over, or to none."""
     EARLY = "early"
-    """It belongs to a step that nobody can have reached yet."""
+    """It belongs to a step that no node can have reached yet."""
     DUPLICATE = "duplicate"
     """This step has this message already."""
 

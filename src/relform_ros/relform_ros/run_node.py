@@ -1,4 +1,4 @@
-"""How every node of relform starts, waits and ends."""
+"""Start, waiting and end of every node of relform."""
 
 import inspect
 import re
@@ -23,13 +23,13 @@ from relform_ros.parameters import warn_of_unknown
 
 EXIT_ERROR = 1
 EXIT_INTERRUPTED = 130
-"""As of a shell whose command ended by Ctrl-C. A node that exits with 0 has seen the end of the flight."""
+"""As a shell returns after Ctrl-C. A node exits with 0 only after the end of the flight."""
 
 SIGNAL_LATENCY_S = 0.1
-"""How long a signal may go unnoticed while nothing else happens."""
+"""Longest time until a waiting node notices a signal."""
 
 SILENCE = 0.5
-"""Share of a waiting time after which nothing seems to come."""
+"""Share of the waiting time without a message after which missed messages are looked for."""
 
 
 class StopRequestedError(Exception):
@@ -37,7 +37,7 @@ class StopRequestedError(Exception):
 
 
 class Runnable(Protocol):
-    """A node's logic, which waits with the spinner it was built with."""
+    """The logic of a node."""
 
     def run(self) -> None:
         """Run to the end of the flight."""
@@ -47,13 +47,13 @@ class Spinner:
     """Lets the callbacks of one node run while its logic waits.
 
     ``EventsExecutor`` is the fastest executor, but its ``spin()`` ignores signals in the wheels of Jazzy;
-    ``spin_once`` in a loop is as fast. And it never hears of a message that arrives just while it registers
-    for those of a topic, for rmw_fastrtps first counts what is there and then listens: in silence, what was
-    missed is looked for.
+    ``spin_once`` in a loop is as fast. It also misses a message that arrives while it registers for those of
+    a topic, because rmw_fastrtps first counts the messages and then listens. So when no message comes for a
+    while, the spinner takes missed messages from the subscriptions.
     """
 
     def __init__(self, node: Node, watch: Callable[[], None] | None = None) -> None:
-        """Spin for a node; ``watch`` is called at every turn, and ends the waiting with what it raises."""
+        """Spin for a node; ``watch`` is called in every turn, and what it raises ends the waiting."""
         self._node = node
         self._executor = EventsExecutor(context=node.context)
         self._executor.add_node(node)
@@ -61,11 +61,11 @@ class Spinner:
         self._interrupted = False
 
     def interrupt(self, signum: int = 0, frame: FrameType | None = None) -> None:
-        """Let the waiting end with ``StopRequestedError``; a signal handler."""
+        """Signal handler: end the waiting with ``StopRequestedError``."""
         self._interrupted = True
 
     def once(self, timeout_s: float = SIGNAL_LATENCY_S) -> None:
-        """Run the next callback, or none if nothing arrives in time.
+        """Run the next callback, or none if no message arrives in time.
 
         Raises:
             StopRequestedError: by a signal.
@@ -83,7 +83,7 @@ class Spinner:
             self._spin_once(left)
 
     def until(self, condition: Callable[[], bool]) -> None:
-        """Run callbacks until a condition holds that they bring about.
+        """Run callbacks until a condition holds.
 
         Raises:
             StopRequestedError: by a signal.
@@ -98,10 +98,10 @@ class Spinner:
             self._run_missed()
 
     def _run_missed(self) -> None:
-        """Run the callbacks of all messages that are there to be taken, whether they were heard of or not."""
+        """Take all messages that have arrived, and run their callbacks."""
         for subscription in list(self._node.subscriptions):
             while (taken := _take(subscription)) is not None:
-                # Whether a callback wants the info, rclpy sees by its signature, too.
+                # As rclpy does: the signature of a callback says whether it takes the info.
                 n_arguments = len(inspect.signature(subscription.callback).parameters)
                 subscription.callback(*taken[:n_arguments])
 
@@ -125,13 +125,13 @@ def run_node(
 
     Args:
         create: makes the node, after ROS was initialised with the command line.
-        build: makes the logic; may take long, a signal breaks it off anywhere.
+        build: makes the logic; it may take long, and a signal interrupts it anywhere.
         exit_codes: of errors that have their own; of any other error it is EXIT_ERROR.
         arguments: of the node; None: the command line of the process.
     """
     name = sys.argv[0].rpartition("/")[2]
     try:
-        # Until the logic runs, a signal may end everything at once; then it waits for the logic to wait.
+        # Before the logic runs, a signal ends the process immediately; later it ends the next waiting.
         for signum in (signal.SIGINT, signal.SIGTERM):
             signal.signal(signum, signal.default_int_handler)
         _initialize_ros(sys.argv[1:] if arguments is None else arguments)
@@ -162,7 +162,7 @@ def _initialize_ros(arguments: Sequence[str]) -> None:
     try:
         rclpy.init(args=[sys.argv[0], *arguments], signal_handler_options=SignalHandlerOptions.NO)
     except rclpy_implementation.RCLError as error:
-        # Without the places in the sources of rcl.
+        # Without the file names and lines of the sources of rcl.
         reason = re.sub(r", at \S+:\d+", "", " ".join(str(error).split()))
         raise ConfigError(
             f"ROS does not start: {reason.removeprefix('failed to initialize rcl: ')}"

@@ -15,7 +15,8 @@ def done_to_msg(done: Done, stamp_ns: int) -> StepDoneMsg:
         header=header_to_msg(stamp_ns),
         step=done.step,
         node=done.node,
-        sent=list(done.sent),
+        sent=[topic for topic, _ in done.sent],
+        sent_stamps=[stamp_ns for _, stamp_ns in done.sent],
         fault=done.fault,
         configuration=done.configuration,
     )
@@ -31,10 +32,15 @@ def done_from_msg(msg: StepDoneMsg, node: str) -> Done:
         raise RejectionError(Reason.FOREIGN, f"node must be '{node}' (got '{msg.node}')")
     if msg.step < JOINED:
         raise RejectionError(Reason.INVALID, f"step must be at least {JOINED} (got {msg.step})")
+    if len(msg.sent) != len(msg.sent_stamps):
+        lengths = f"{len(msg.sent)}, {len(msg.sent_stamps)}"
+        raise RejectionError(
+            Reason.INVALID, f"sent and sent_stamps must have the same length (got {lengths})"
+        )
     return Done(
         node=msg.node,
         step=msg.step,
-        sent=tuple(msg.sent),
+        sent=tuple(zip(msg.sent, msg.sent_stamps, strict=True)),
         fault=msg.fault,
         configuration=msg.configuration,
     )

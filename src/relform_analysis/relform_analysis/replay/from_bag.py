@@ -1,5 +1,6 @@
 """What a recorded flight's controller was given and what it answered, step by step, from the bag alone."""
 
+from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -80,13 +81,15 @@ def _steps(
         if step not in decided:
             break
         stamp_ns = step * config.period_ns
-        inputs = dict(decided[step].inputs)
+        inputs: defaultdict[str, list[int]] = defaultdict(list)
+        for topic, input_ns in decided[step].inputs:
+            inputs[topic].append(input_ns)
         given = {}
         for vehicle in config.team.vehicles:
             arrived: list[tuple[Sensor[Any, Any], Measurement]] = []
             for sensor in config.sensors_of(vehicle):
                 topic = vehicle_topic(vehicle, sensor.name)
-                if topic in inputs and (message := messages.get((topic, stamp_ns))) is not None:
+                for message in filter(None, (messages.get((topic, each)) for each in inputs[topic])):
                     msg = _deserialized(message)
                     arrived.append((sensor, wire(sensor).from_msg(msg, vehicle, config.team.vehicles)))
             given[vehicle] = VehicleMeasurements.collect(arrived)

@@ -5,7 +5,6 @@ A recorder that the flight does not know (parameter ``observers``) records what 
 
 import json
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import partial
 
 import rclpy
@@ -24,7 +23,6 @@ from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.raw import raw_stamp_ns
-from relform_ros.rejection import RejectionError
 from relform_ros.run_node import Runnable, Spinner, run_node
 from relform_ros.topics import Topic
 
@@ -60,7 +58,7 @@ class FlightRecorder:
         pacing, chosen = self._pacing, self._options.selection
         topics = [topic for topic in pacing.readable if chosen.takes(topic.name, _type_name(topic))]
         for topic in topics:
-            pacing.read_raw(topic.name, partial(self._take, recording, topic))
+            pacing.watch(topic.name, partial(_take, recording, topic))
         for step in pacing.steps():
             for topic in topics if step == 0 else ():  # a topic without any message is in the bag as well
                 recording.add_topic(topic.name, _type_name(topic))
@@ -75,12 +73,10 @@ class FlightRecorder:
                     raise
             pacing.done(step)
 
-    def _take(self, recording: Recording, topic: Topic, data: bytes, publish_time_ns: int) -> None:
-        stamp_ns = raw_stamp_ns(data)
-        recording.add_topic(topic.name, _type_name(topic))
-        recording.write(topic.name, data, stamp_ns, publish_time_ns)
-        with suppress(RejectionError):  # a step that is over does not miss it, but the bag has it
-            self._pacing.count(topic.name, stamp_ns)
+
+def _take(recording: Recording, topic: Topic, data: bytes, publish_time_ns: int) -> None:
+    recording.add_topic(topic.name, _type_name(topic))
+    recording.write(topic.name, data, raw_stamp_ns(data), publish_time_ns)
 
 
 def _type_name(topic: Topic) -> str:

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 import rclpy
@@ -27,7 +27,6 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.pacing import Pacing
 from relform_ros.raw import raw_stamp_ns
-from relform_ros.rejection import Reason, RejectionError
 from relform_ros.run_node import Spinner
 
 RECENT_STEPS = 3
@@ -55,7 +54,7 @@ class Monitor:
             topic.name: topic.type for topic in pacing.readable if FlightLogBuilder.needs(topic.name)
         }
         for topic in self._types:
-            pacing.read_raw(topic, partial(self._take, topic))
+            pacing.read(topic, decode=_Serialized, raw=True)
 
     def run(self) -> None:
         """Watch the flight to its end.
@@ -67,7 +66,8 @@ class Monitor:
             self._now = time.perf_counter()
             if step == 0:
                 self._began = self._now
-            self._pacing.gather(step)
+            for topic, messages in self._pacing.gather(step).messages.items():
+                self._messages += [(topic, message.data) for message in messages]
             self.step = step
             self._on_step(self)
             self._pacing.done(step)
@@ -109,10 +109,16 @@ class Monitor:
             builder.add(topic, deserialize_message(data, self._types[topic]))
         return builder.build()
 
-    def _take(self, topic: str, data: bytes, publish_time_ns: int) -> None:
-        if self._pacing.count(topic, raw_stamp_ns(data)) > 1 and topic != EVENTS:
-            raise RejectionError(Reason.DUPLICATE, "this step has this message already")
-        self._messages.append((topic, data))
+
+@dataclass(frozen=True)
+class _Serialized:
+    """A message as it was serialized."""
+
+    data: bytes
+
+    @property
+    def stamp_ns(self) -> int:
+        return raw_stamp_ns(self.data)
 
 
 @contextmanager

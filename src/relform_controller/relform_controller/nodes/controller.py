@@ -1,4 +1,4 @@
-"""The formation controller on the wire: a complete set of measurements in, rotor speeds for the team out."""
+"""Node of the formation controller: measurements of its vehicles in, rotor speeds out."""
 
 import sys
 from collections import Counter
@@ -79,27 +79,21 @@ class ControllerNode:
         """
         for step in self._pacing.steps():
             gathered = self._pacing.gather(step)
-            if step == self._n_steps or gathered.faulty:
-                self._pacing.done(step, report=self._report())
-                continue
-            decision = self._decide(step, gathered.messages)
-            inputs = tuple((topic, message.stamp_ns) for topic, message in gathered.messages.items())
-            if isinstance(decision, Waiting):
-                content = StepDecided(inputs, sqp_steps=0, waiting_for=decision.reason)
-                self._pacing.publish(self._me.events, self._event(step, content))
-                self._pacing.done(step, report=self._report())
-                continue
-            self._pacing.done(step, promised=self._telemetry, report=self._report())
+            is_over = step == self._n_steps or gathered.faulty
+            decision = None if is_over else self._decide(step, gathered.messages)
+            promised = self._telemetry if isinstance(decision, Decision) else ()
+            self._pacing.done(step, promised=promised, report=self._report())
             # The commands are out: the rest runs while the vehicles fly the interval.
-            self._publish_telemetry(decision, inputs)
-            self._controller.prepare_next()
+            if isinstance(decision, Decision):
+                self._publish_telemetry(decision, _stamps(gathered.messages))
+                self._controller.prepare_next()
 
-    def _decide(self, step: int, messages: Mapping[str, Any]) -> Decision | Waiting:
+    def _decide(self, step: int, messages: Mapping[str, tuple[Any, ...]]) -> Decision | Waiting:
         by_vehicle = {
             vehicle: VehicleMeasurements.collect(
-                (sensor, messages[topic])
+                (sensor, measurement)
                 for sensor in self._config.sensors_of(vehicle)
-                if (topic := vehicle_topic(vehicle, sensor.name)) in messages
+                for measurement in messages.get(vehicle_topic(vehicle, sensor.name), ())
             )
             for vehicle in self._me.vehicles
         }
@@ -114,6 +108,8 @@ class ControllerNode:
             if not self._waiting_for:
                 print(f"{self._me.node}: the start waits for {decision.reason}", file=sys.stderr)
             self._waiting_for = decision.reason
+            content = StepDecided(_stamps(messages), sqp_steps=0, waiting_for=decision.reason)
+            self._pacing.publish(self._me.events, self._event(step, content))
             return decision
         self._waiting_for = ""
         self._solver_states[decision.solver.state] += 1
@@ -170,6 +166,11 @@ class ControllerNode:
             "solver.last_fallback_reason": self._fallback_reason,
             "estimator.waiting_for": self._waiting_for,
         }
+
+
+def _stamps(messages: Mapping[str, tuple[Any, ...]]) -> tuple[tuple[str, int], ...]:
+    """Topic and stamp [ns] of each message."""
+    return tuple((topic, message.stamp_ns) for topic, each in messages.items() for message in each)
 
 
 def build_controller(node: Node, spinner: Spinner) -> Runnable:

@@ -29,7 +29,7 @@ from relform_ros.step_done import done_from_msg
 from relform_ros.topics import topic_table
 
 ANSWER_S = 1.0
-"""How long a node may take to answer when the clock asks whether it is there at all."""
+"""How long a node may take to answer when the clock checks that it responds."""
 START_TIMEOUT = "Wall time that all members may take until they are ready [s]."
 EXIT_CODES = {SilentNodeError: 2, VehicleFaultError: 3}
 
@@ -65,8 +65,8 @@ class ClockServer:
         """Tick until the flight is over.
 
         Raises:
-            FlightError: somebody could be taken for a member.
-            DisagreementError: a member flies something else.
+            FlightError: a node that does not belong to the flight could be mistaken for a member.
+            DisagreementError: a member flies another configuration.
             SilentNodeError: a member did not finish a step in time.
             VehicleFaultError: a member reported a fault.
             StopRequestedError: by a signal.
@@ -74,14 +74,14 @@ class ClockServer:
         try:
             self._tick()
         except SilentNodeError as error:
-            # Most of those that are late wait for another one themselves. Even that one need not be late: it
-            # may have fallen silent between its word to the clock and its word to them.
+            # Most late members wait for another one themselves. That one may have reported to the clock and
+            # fallen silent before its message to the others.
             raise SilentNodeError(error.what, self._unresponsive() or error.nodes) from None
 
     def _tick(self) -> None:
         discover(self._name, self._endpoints, self._spinner, is_ready=self._barrier.complete)
         if intruders := self._endpoints.intruders():
-            raise FlightError(f"{'; '.join(intruders)}: stop what does not belong to this flight")
+            raise FlightError(f"{'; '.join(intruders)}: stop the nodes that do not belong to this flight")
         while (step := self._barrier.advance()) <= self._config.n_steps:
             stamp_ns = step * self._config.period_ns
             self._endpoints.publish(CLOCK, Clock(clock=stamp_to_msg(stamp_ns)))
@@ -91,7 +91,7 @@ class ClockServer:
             self._spinner.until(self._barrier.complete)
 
     def _unresponsive(self) -> list[str]:
-        """Those members that do not even answer when they are asked for a parameter."""
+        """The members that do not answer a request for a parameter."""
         clients = {
             name: self._node.create_client(GetParameters, f"{name}/get_parameters") for name in self._members
         }

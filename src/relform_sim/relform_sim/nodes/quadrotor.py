@@ -1,4 +1,4 @@
-"""A simulated quadrotor: ``Vehicle`` on the wire. The vehicle's name is the namespace of the node."""
+"""Node of a simulated quadrotor. The name of the vehicle is the namespace of the node."""
 
 from functools import partial
 from typing import Any
@@ -22,6 +22,7 @@ from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, Spinner, run_node
 from relform_ros.sensors.wire import wire
+from relform_sim.link import LinkFactory, lossy_link
 from relform_sim.vehicle import Vehicle
 
 
@@ -29,7 +30,13 @@ class Quadrotor:
     """Moves its vehicle from step to step, and publishes where it is and what it measures."""
 
     def __init__(
-        self, node: Node, vehicle: str, scenario: LoadedScenario, roster: Roster, pacing: Pacing
+        self,
+        node: Node,
+        vehicle: str,
+        scenario: LoadedScenario,
+        roster: Roster,
+        pacing: Pacing,
+        make_link: LinkFactory = lossy_link,
     ) -> None:
         config = scenario.config
         self._team = config.team
@@ -37,7 +44,7 @@ class Quadrotor:
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
         self._sensors = config.sensors_of(self._name)
-        self._vehicle = Vehicle(config, scenario.seed, self._name)
+        self._vehicle = Vehicle(config, scenario.seed, self._name, make_link)
         self._parameters = LiveParameters(node, live_vehicle_values(scenario))
         self._pacing = pacing
         self._events = roster.commander(self._name).events
@@ -79,14 +86,13 @@ class Quadrotor:
         """The command of a step; None if the controller sent none."""
         if step < 0:
             return None
-        command: RotorCommand | None = self._pacing.gather(step, [self._command_topic]).messages.get(
-            self._command_topic
-        )
-        return command
+        messages = self._pacing.gather(step, [self._command_topic]).messages
+        commands: tuple[RotorCommand, ...] = messages.get(self._command_topic, ())
+        return commands[-1] if commands else None
 
     def _others_truth(self, step: int) -> dict[str, Odometry]:
         messages = self._pacing.gather(step, self._truth_topics).messages
-        return {self._truth_topics[topic]: truth for topic, truth in messages.items()}
+        return {self._truth_topics[topic]: truth for topic, (truth,) in messages.items()}
 
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
         for sensor in self._sensors:
@@ -112,7 +118,7 @@ def _vehicle_name(node: Node, roster: Roster) -> str:
     return str(name)
 
 
-def build_quadrotor(node: Node, spinner: Spinner) -> Runnable:
+def build_quadrotor(node: Node, spinner: Spinner, make_link: LinkFactory = lossy_link) -> Runnable:
     """A quadrotor in lock-step, by the parameters of the node.
 
     Raises:
@@ -121,7 +127,8 @@ def build_quadrotor(node: Node, spinner: Spinner) -> Runnable:
     scenario = read_scenario(node)
     roster = Roster.of(scenario.config, read_observers(node))
     vehicle = _vehicle_name(node, roster)
-    return Quadrotor(node, vehicle, scenario, roster, LockstepPacing(node, spinner, scenario, roster))
+    pacing = LockstepPacing(node, spinner, scenario, roster)
+    return Quadrotor(node, vehicle, scenario, roster, pacing, make_link)
 
 
 def main() -> int:

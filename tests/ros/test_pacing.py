@@ -1,0 +1,159 @@
+"""Nodes do not know how their steps are paced: they fly a script as they fly in lock-step."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+
+from relform_analysis.flight.simulate import SimulatedStep, simulate
+from relform_controller.blas import one_blas_thread
+from relform_controller.nodes.controller import ControllerNode
+from relform_core.names import CONTROLLER_NODE, split_node_name, vehicle_topic
+from relform_core.roster import Roster
+from relform_ros.commands import rotor_command_from_msg, rotor_command_to_msg
+from relform_ros.odometry import odometry_to_msg
+from relform_ros.pacing import Gathered, Pacing, Stamped
+from relform_ros.sensors.wire import wire
+from relform_ros.telemetry import state_from_msg
+from relform_ros.topics import Topic
+from relform_sim.nodes.quadrotor import Quadrotor
+from support.nodes import short
+from support.scenarios import paper_scenario
+from support.wire import bits
+
+SCENARIO = paper_scenario(short(1.0), seed=4)
+CONFIG = SCENARIO.config
+VEHICLES = CONFIG.team.vehicles
+ROSTER = Roster.of(CONFIG)
+Script = Sequence[Mapping[str, Any]]
+
+
+class ScriptedPacing:
+    """Steps without a clock, without waiting and without other nodes: each has the messages of a script."""
+
+    readable: tuple[Topic, ...] = ()
+
+    def __init__(self, script: Script) -> None:
+        self._script = script
+        self._decoders: dict[str, Callable[[Any], Stamped]] = {}
+        self.published: list[dict[str, list[Any]]] = [{} for _ in script]
+        self.finished: list[int] = []
+        self._step = 0
+
+    def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
+        assert not raw
+        self._decoders[topic] = decode
+
+    def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
+        raise AssertionError("neither vehicles nor controllers watch a topic")
+
+    def steps(self) -> Iterator[int]:
+        for step in range(len(self._script)):
+            self._step = step
+            yield step
+
+    def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+        messages = self._script[step]
+        wanted = [topic for topic in (self._decoders if topics is None else topics) if topic in messages]
+        return Gathered({topic: (self._decoders[topic](messages[topic]),) for topic in wanted}, faulty=False)
+
+    def publish(self, topic: str, message: Any) -> None:
+        self.published[self._step].setdefault(topic, []).append(message)
+
+    def done(
+        self,
+        step: int,
+        fault: str = "",
+        promised: Iterable[str] = (),
+        report: Mapping[str, object] | None = None,
+    ) -> None:
+        assert not fault
+        self.finished.append(step)
+
+    def leave(self) -> None:
+        raise AssertionError("the script is complete")
+
+
+@pytest.fixture(scope="module")
+def flight() -> list[SimulatedStep]:
+    with one_blas_thread():
+        return list(simulate(SCENARIO))
+
+
+@pytest.fixture(scope="module")
+def script(flight: list[SimulatedStep]) -> Script:
+    """Everything that vehicles and controller publish, by step and topic."""
+    return [truth_messages(step) | measurement_messages(step) | command_messages(step) for step in flight]
+
+
+def truth_messages(step: SimulatedStep) -> dict[str, Any]:
+    return {
+        vehicle_topic(name, "ground_truth"): odometry_to_msg(truth, name)
+        for name, truth in step.ground_truth.items()
+    }
+
+
+def measurement_messages(step: SimulatedStep) -> dict[str, Any]:
+    return {
+        vehicle_topic(name, sensor.name): wire(sensor).to_msg(measurement, name)
+        for name, measurements in step.measurements.by_vehicle.items()
+        for sensor in CONFIG.sensors_of(name)
+        for measurement in measurements.arrived(sensor)
+    }
+
+
+def command_messages(step: SimulatedStep) -> dict[str, Any]:
+    commands = {} if step.decision is None else step.decision.commands
+    return {
+        vehicle_topic(name, "rotor_speeds"): rotor_command_to_msg(command, name)
+        for name, command in commands.items()
+    }
+
+
+@pytest.fixture
+def make_node() -> Iterator[Callable[[str], Node]]:
+    context = Context()
+    rclpy.init(context=context)
+
+    def make(full_name: str) -> Node:
+        namespace, name = split_node_name(full_name)
+        return rclpy.create_node(name, namespace=namespace, context=context)
+
+    yield make
+    rclpy.shutdown(context=context)
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_a_vehicle_flies_a_script(vehicle: str, script: Script, make_node: Callable[[str], Node]) -> None:
+    scripted = ScriptedPacing(script)
+    pacing: Pacing = scripted
+    Quadrotor(make_node(f"/{vehicle}/quadrotor"), vehicle, SCENARIO, ROSTER, pacing).run()
+    assert scripted.finished == list(range(CONFIG.n_steps + 1))
+    own = {
+        vehicle_topic(vehicle, name)
+        for name in ("ground_truth", *(s.name for s in CONFIG.sensors_of(vehicle)))
+    }
+    expected = [{topic: [step[topic]] for topic in step if topic in own} for step in script]
+    assert scripted.published == expected
+
+
+def test_a_controller_flies_a_script(
+    flight: list[SimulatedStep], script: Script, make_node: Callable[[str], Node]
+) -> None:
+    (controller,) = ROSTER.controllers
+    scripted = ScriptedPacing(script)
+    with one_blas_thread():
+        ControllerNode(make_node(CONTROLLER_NODE), SCENARIO, controller, scripted).run()
+    assert scripted.finished == list(range(CONFIG.n_steps + 1))
+    assert scripted.published[-1] == {}
+    for step, published in zip(flight[:-1], scripted.published, strict=False):
+        assert step.decision is not None
+        for vehicle, command in step.decision.commands.items():
+            (message,) = published[vehicle_topic(vehicle, "rotor_speeds")]
+            assert bits(rotor_command_from_msg(message, vehicle)) == bits(command)
+        (message,) = published[controller.state]
+        assert bits(state_from_msg(message, VEHICLES).value) == bits(step.decision.state)
+        assert {controller.solver, controller.reference, controller.events} < published.keys()
