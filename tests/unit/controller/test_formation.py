@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -24,6 +25,12 @@ NEW: dict[str, Vector3] = {"follower_1": (-2.0, -0.25, 0.5), "follower_2": (1.5,
 
 def config_with(*overrides: str) -> ScenarioConfig:
     return paper_scenario(*overrides).config
+
+
+def request(schedule: FormationSchedule, formation: Mapping[str, Vector3]) -> None:
+    """Check, then request, as a mission does."""
+    schedule.check(formation)
+    schedule.request(formation)
 
 
 def follow(schedule: FormationSchedule, steps: range, n_instants: int = 1) -> np.ndarray:
@@ -85,7 +92,7 @@ def test_all_pairs_fit_each_other_at_every_instant(n_vehicles: int) -> None:
 def test_a_request_holds_from_the_next_step_until_the_scenario_changes_the_formation() -> None:
     schedule = FormationSchedule(config_with())
     follow(schedule, range(100))
-    schedule.request(NEW)
+    request(schedule, NEW)
     np.testing.assert_allclose(schedule.target[0], [-1.0, -0.5, -0.5])  # not before the next step
     references = follow(schedule, range(100, SWITCH + 1))[:, :, 0]
     np.testing.assert_allclose(schedule.target[0], [-1.0, -0.75, -0.5])
@@ -99,7 +106,7 @@ def test_a_request_holds_from_the_next_step_until_the_scenario_changes_the_forma
 def test_a_request_during_a_ramp_starts_from_where_the_reference_is() -> None:
     schedule = FormationSchedule(config_with(*FIXED_RAMP, RAMPED_PHASE))
     before = follow(schedule, range(SWITCH + 8))[-1]
-    schedule.request(NEW)
+    request(schedule, NEW)
     references = follow(schedule, range(SWITCH + 8, SWITCH + 40))
     largest_jump = np.abs(np.diff(np.concatenate([before[None], references]), axis=0)).max()
     assert largest_jump < 1.6 * 3.5 / 20  # of the ramp itself: at most 3.5 m in one coordinate
@@ -108,8 +115,8 @@ def test_a_request_during_a_ramp_starts_from_where_the_reference_is() -> None:
 
 def test_of_two_requests_the_last_one_counts() -> None:
     schedule = FormationSchedule(config_with())
-    schedule.request({"follower_1": (-3.0, 0.0, 0.0), "follower_2": (3.0, 0.0, 0.0)})
-    schedule.request(NEW)
+    request(schedule, {"follower_1": (-3.0, 0.0, 0.0), "follower_2": (3.0, 0.0, 0.0)})
+    request(schedule, NEW)
     follow(schedule, range(1))
     assert schedule.by_follower == NEW
     np.testing.assert_allclose(schedule.target[0], [-2.0, -0.25, 0.5])
@@ -127,7 +134,7 @@ def test_a_change_keeps_its_bounds_and_is_no_slower_than_they_ask(
         )
     )
     schedule.advance(0)
-    schedule.request(NEW)
+    request(schedule, NEW)
     schedule.advance(PERIOD_NS)
     time = np.linspace(0.0, 20.0, 20001)
     places = schedule.reference((time * 1e9).astype(np.int64) + PERIOD_NS)[:2]  # of both followers
@@ -150,10 +157,10 @@ def test_a_phase_changes_the_formation_within_the_bounds_unless_it_asks_for_a_st
 
 def test_a_request_in_the_middle_of_a_change_continues_the_motion_of_the_reference() -> None:
     schedule = FormationSchedule(config_with())
-    schedule.request(NEW)
+    request(schedule, NEW)
     before = follow(schedule, range(40))[:, 0, 0]
     back = {"follower_1": (-1.0, -0.5, -0.5), "follower_2": (-1.0, 0.5, -0.5)}
-    schedule.request(back)
+    request(schedule, back)
     after = follow(schedule, range(40, 200))[:, 0, 0]
     velocity = np.diff(np.concatenate([before, after]), axis=0) / 0.05
     acceleration = np.diff(velocity, axis=0) / 0.05
@@ -173,7 +180,7 @@ def test_a_request_with_crossing_paths_changes_nothing() -> None:
     schedule = FormationSchedule(config_with())
     follow(schedule, range(10))
     with pytest.raises(ConfigError) as caught:
-        schedule.request(SWAPPED)
+        request(schedule, SWAPPED)
     problem = TOO_CLOSE.format("0.000")
     assert str(caught.value) == (f"no way to this formation: {problem}; change it in two steps")
     references = follow(schedule, range(10, 30))[:, 0, 0]
@@ -183,27 +190,27 @@ def test_a_request_with_crossing_paths_changes_nothing() -> None:
 def test_a_request_through_the_leader_is_refused() -> None:
     ahead = {"follower_1": (1.0, 0.5, 0.5), "follower_2": (-1.0, 0.5, -0.5)}
     with pytest.raises(ConfigError, match=r"'leader' and 'follower_1' would come within 0\.000 m"):
-        FormationSchedule(config_with()).request(ahead)
+        FormationSchedule(config_with()).check(ahead)
 
 
 def test_two_steps_around_each_other_are_accepted() -> None:
     """A change of places that collides along straight lines, through a formation that leaves room."""
     schedule = FormationSchedule(config_with(RAMPED_PHASE))
-    schedule.request({"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.5, -0.5)})
+    request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.5, -0.5)})
     follow(schedule, range(60))
-    schedule.request({"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, -0.5, -0.5)})
+    request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, -0.5, -0.5)})
     follow(schedule, range(60, 110))
     with pytest.raises(ConfigError) as caught:  # the phase that comes next would bring them back
-        schedule.request(SWAPPED)
+        request(schedule, SWAPPED)
     assert str(caught.value) == (
         f"no way from this formation to that of phase 'D', which comes next: {TOO_CLOSE.format('0.000')}"
     )
     follow(schedule, range(110, SWITCH + 60))
-    schedule.request({"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.75, -0.5)})
+    request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.75, -0.5)})
     follow(schedule, range(SWITCH + 60, SWITCH + 120))
-    schedule.request({"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, -0.5, -0.5)})
+    request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, -0.5, -0.5)})
     follow(schedule, range(SWITCH + 120, SWITCH + 180))
-    schedule.request(SWAPPED)
+    request(schedule, SWAPPED)
     follow(schedule, range(SWITCH + 180, SWITCH + 181))
     assert schedule.by_follower == SWAPPED
 
@@ -216,7 +223,7 @@ def test_what_is_possible_depends_on_where_the_change_under_way_has_got_to() -> 
     schedule.advance(0)
     with pytest.raises(ConfigError, match="on the way"):
         schedule.check(across)
-    schedule.request(aside)
+    request(schedule, aside)
     follow(schedule, range(1, 41))
     schedule.check(across)
 
@@ -224,9 +231,9 @@ def test_what_is_possible_depends_on_where_the_change_under_way_has_got_to() -> 
 def test_formations_at_the_smallest_distance_can_be_flown_to_and_left() -> None:
     schedule = FormationSchedule(config_with(RAMPED_PHASE))
     close = {"follower_1": (-1.3, -0.1, -0.5), "follower_2": (-1.3, 0.4, -0.5)}
-    schedule.request(close)
+    request(schedule, close)
     follow(schedule, range(100))
-    schedule.request(NEW)
+    request(schedule, NEW)
     follow(schedule, range(100, 101))
     assert schedule.by_follower == NEW
 
@@ -236,7 +243,7 @@ def test_recordings_of_older_versions_change_the_formation_as_they_did() -> None
     step = ("controller.formation_change=null", "controller.formation_ramp_s=0.0")
     for overrides, n_steps in ((step, 0), (FIXED_RAMP, 20)):
         schedule = FormationSchedule(config_with(*overrides))
-        schedule.request(SWAPPED)
+        request(schedule, SWAPPED)
         references = follow(schedule, range(30))[:, 0, 0]
         np.testing.assert_array_equal(references[n_steps:], np.tile([-1.0, 0.5, -0.5], (30 - n_steps, 1)))
 
@@ -274,6 +281,6 @@ def test_an_impossible_request_changes_nothing(
 ) -> None:
     schedule = FormationSchedule(config_with())
     with pytest.raises(ConfigError) as caught:
-        schedule.request(formation)
+        request(schedule, formation)
     assert str(caught.value) == problem
     np.testing.assert_allclose(follow(schedule, range(1))[0, 0, 0], [-1.0, -0.5, -0.5])

@@ -104,6 +104,25 @@ def test_the_phases_of_a_scenario() -> None:
         assert mission.formation["follower_1"] == (-1.0, -width, -0.5)
 
 
+def test_a_request_below_the_ground_is_refused() -> None:
+    """The leader flies at 2 m until it climbs in phase E; phase D changes the formation."""
+    mission = ScenarioMission(paper_scenario().config)
+    mission.advance(0)
+    low: dict[str, Vector3] = {"follower_1": (-3.0, -3.0, -4.0), "follower_2": (-1.0, 0.5, -0.5)}
+    with pytest.raises(ConfigError) as error:
+        mission.set_formation(low)
+    assert str(error.value) == (
+        "formation puts 'follower_1' at -2.000 m above ground, more than 0 m are needed: "
+        "the leader flies as low as 2.000 m"
+    )
+    mission.advance(PERIOD_NS)
+    assert mission.formation == FORMATION
+    mission.advance(530 * PERIOD_NS)
+    mission.set_formation(low)
+    mission.advance(531 * PERIOD_NS)
+    assert mission.formation == low
+
+
 def test_a_request_in_flight() -> None:
     mission = ScenarioMission(paper_scenario().config)
     mission.advance(0)

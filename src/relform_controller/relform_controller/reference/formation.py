@@ -31,26 +31,30 @@ class FormationSchedule:
         target = self._of_pairs(self._places.target)
         self._reference = Blend(target, np.zeros_like(target), target, 0.0)
         self._changed_ns = 0
-        self._next_ns = 0
+        self.next_ns = 0
+        """Instant of the next control step, from which a request holds."""
         self._requested: Mapping[str, Vector3] | None = None
 
     def request(self, formation: Mapping[str, Vector3]) -> None:
-        """Fly another formation from the next step on, until the scenario changes it.
+        """Fly another formation, which was checked, from the next step on, until the scenario changes it.
+
+        Args:
+            formation: position of each follower relative to the leader [m].
+        """
+        self._requested = dict(formation)
+
+    def check(self, formation: Mapping[str, Vector3]) -> None:
+        """Check a request.
 
         Args:
             formation: position of each follower relative to the leader [m].
         Raises:
-            ConfigError: the team cannot fly it; the message says why.
+            ConfigError: the team cannot fly it, or not get there; the message gives the reason.
         """
-        self.check(formation)
-        self._requested = dict(formation)
-
-    def check(self, formation: Mapping[str, Vector3]) -> None:
-        """Check a request without making it; arguments and errors are those of ``request``."""
         if problem := self._config.formation_problem(formation):
             raise ConfigError(f"formation {problem}")
-        change = self._changes.begin(self._places, self._since_change(self._next_ns), formation)
-        too_close = self._changes.problem(change, self._next_ns // self._config.period_ns)
+        change = self._changes.begin(self._places, self._since_change(self.next_ns), formation)
+        too_close = self._changes.problem(change, self.next_ns // self._config.period_ns)
         if too_close is not None:
             if too_close.phase is None:
                 raise ConfigError(f"no way to this formation: {too_close}; change it in two steps")
@@ -67,7 +71,14 @@ class FormationSchedule:
         elif phase is not None:
             self._begin(stamp_ns, self._config.formations[phase.formation], phase)
         self._requested = None
-        self._next_ns = stamp_ns + self._config.period_ns
+        self.next_ns = stamp_ns + self._config.period_ns
+
+    @property
+    def kept_until_ns(self) -> int:
+        """Instant at which the scenario next changes the formation, or ends."""
+        period_ns = self._config.period_ns
+        changes_ns = [step * period_ns for step in self._changes.by_step if step * period_ns > self.next_ns]
+        return min(changes_ns, default=self._config.n_steps * period_ns)
 
     @property
     def target(self) -> Array:

@@ -7,6 +7,7 @@ from typing import Protocol
 from relform_controller.reference.formation import FormationSchedule
 from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
 from relform_core.arrays import Array, Integers
+from relform_core.errors import ConfigError
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 
@@ -69,11 +70,22 @@ class ScenarioMission:
         return self._schedule.by_follower
 
     def check_formation(self, formation: Mapping[str, Vector3]) -> None:
-        """See ``Mission``."""
+        """See ``Mission``; no follower may get to the ground below the path of the leader."""
         self._schedule.check(formation)
+        if (
+            self._config.controller.formation_change is not None
+        ):  # older versions refused nothing for its path
+            lowest = self._trajectory.lowest(self._schedule.next_ns, self._schedule.kept_until_ns)
+            for follower, (_, _, up) in formation.items():
+                if lowest + up <= 0.0:
+                    raise ConfigError(
+                        f"formation puts '{follower}' at {lowest + up:.3f} m above ground, more than 0 m are "
+                        f"needed: the leader flies as low as {lowest:.3f} m"
+                    )
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``."""
+        self.check_formation(formation)
         self._schedule.request(formation)
 
     def advance(self, stamp_ns: int) -> None:

@@ -79,6 +79,11 @@ class LeaderTrajectory:
             interpolate(self._samples.yaw_NB),
         )
 
+    def lowest(self, first_ns: int, last_ns: int) -> float:
+        """Smallest height between two instants since the start of the flight [ns]: [m]."""
+        first, last = (stamp_ns * _SAMPLES // self._period_ns for stamp_ns in (first_ns, last_ns))
+        return float(self._samples.p_NB_N[first : last + 1, 2].min())
+
 
 def _profiles(config: ScenarioConfig, time: Array) -> tuple[Array, Array, Array]:
     """Horizontal speed [m/s], climb [m/s] and turn rate [rad/s] at ``time`` [s]."""
