@@ -9,7 +9,8 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 
-from relform_core.scenario_config import PhaseConfig, ScenarioConfig
+from relform_core.phases_config import PhaseConfig
+from relform_core.scenario_config import ScenarioConfig
 
 if TYPE_CHECKING:
     from relform_bringup.nodes.monitor import Monitor

@@ -8,7 +8,8 @@ import numpy as np
 
 from relform_core.arrays import Array
 from relform_core.blend import Blend
-from relform_core.scenario_config import PhaseConfig, ScenarioConfig
+from relform_core.phases_config import PhaseConfig
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 
 _ROUNDING = 1e-9

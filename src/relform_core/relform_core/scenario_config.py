@@ -1,23 +1,17 @@
-"""Schema of ``config/scenarios/*.yaml``: team, formations, phases of a flight, and what disturbs it."""
+"""Schema of ``config/scenarios/*.yaml``: team, formations, phases and disturbances of a flight."""
 
 import bisect
 import itertools
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from relform_core.controller_config import ControllerConfig
-from relform_core.schema import (
-    Label,
-    Name,
-    NonNegative,
-    Positive,
-    Probability,
-    Schema,
-    Vector3,
-)
+from relform_core.events_config import Dropout, Event
+from relform_core.phases_config import PhaseConfig
+from relform_core.schema import Label, Name, Positive, Schema, Vector3
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor
 from relform_core.sensors_config import SensorsConfig
@@ -30,14 +24,9 @@ FormationConfig = dict[Name, Vector3]
 PLACE_MAX = 1000.0
 """Bound on each coordinate of a place in a formation [m]; far beyond what sensors see."""
 
-if TYPE_CHECKING:
-    SensorName = str
-else:
-    SensorName = Literal[tuple(sensor.name for sensor in SENSORS)]
-
 
 class TeamConfig(Schema):
-    """Who flies. The team order, leader first, is the order of every axis over vehicles."""
+    """The vehicles. The team order, leader first, is the order of every axis over vehicles."""
 
     leader: Name
     followers: Annotated[tuple[Name, ...], Field(min_length=1)]
@@ -55,140 +44,15 @@ class TeamConfig(Schema):
         return self
 
 
-class Hover(Schema):
-    """Slow down to rest over ``ramp`` and stay."""
-
-    kind: Literal["hover"]
-    ramp: Annotated[NonNegative, Field(alias="ramp_s")]
-
-
-class Straight(Schema):
-    """Fly along the heading; the speed changes to ``speed`` over ``ramp``."""
-
-    kind: Literal["straight"]
-    speed: Annotated[NonNegative, Field(alias="speed_m_s")]
-    ramp: Annotated[NonNegative, Field(alias="ramp_s")]
-
-
-class Turn(Schema):
-    """Turn by ``angle`` (positive: to the left) within ``turn`` at constant speed, then straight on."""
-
-    kind: Literal["turn"]
-    angle: Annotated[float, Field(alias="angle_deg", ge=-360.0, le=360.0), DEGREES]
-    turn: Annotated[Positive, Field(alias="turn_s")]
-
-
-class Spiral(Schema):
-    """Circle at ``radius`` (positive: to the left) while climbing; ``speed`` includes the climb."""
-
-    kind: Literal["spiral"]
-    radius: Annotated[float, Field(alias="radius_m")]
-    speed: Annotated[Positive, Field(alias="speed_m_s")]
-    climb: Annotated[float, Field(alias="climb_m_s")]
-    ramp: Annotated[NonNegative, Field(alias="ramp_s")]
-
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
-        if abs(self.radius) < 0.1:
-            raise ValueError(f"radius_m must be at least 0.1 in magnitude (got {self.radius})")
-        if abs(self.climb) >= self.speed:
-            raise ValueError(f"climb_m_s {self.climb} must be less than speed_m_s {self.speed} in magnitude")
-        return self
-
-
-Motion = Annotated[Hover | Straight | Turn | Spiral, Field(discriminator="kind")]
-
-
-class PhaseConfig(Schema):
-    """A stretch of the flight: one motion of the leader, whose yaw follows the heading, one formation."""
-
-    name: Label
-    title: Label
-    duration: Annotated[Positive, Field(alias="duration_s")]
-    steady_from: Annotated[NonNegative, Field(alias="steady_from_s")]
-    """Start of the steady-state window that is scored, from the start of the phase [s]."""
-    formation: Name
-    formation_step: bool = False
-    """Whether a new formation applies at once, as in the paper; else it is blended in within the bounds of
-    ``controller.formation_change``."""
-    motion: Motion
-
-    @model_validator(mode="after")
-    def _window(self) -> Self:
-        if self.steady_from >= self.duration:
-            raise ValueError(f"steady_from_s {self.steady_from} must be less than duration_s {self.duration}")
-        return self
-
-
 class StartConfig(Schema):
-    """Where the leader starts, airborne and at rest; followers start at their place beside it."""
+    """Pose of the leader at the start, airborne and at rest; followers start at their places beside it."""
 
     position: Annotated[Vector3, Field(alias="position_m")]
     yaw: Annotated[float, Field(alias="yaw_deg", ge=-180.0, le=180.0), DEGREES]
 
 
-class _Event(Schema):
-    """A disturbance of one vehicle between two instants, in seconds from the start of the flight."""
-
-    start: Annotated[NonNegative, Field(alias="start_s")]
-    end: Annotated[Positive, Field(alias="end_s")]
-    target: Name
-
-    def active(self, time: float) -> bool:
-        """Whether the event acts at ``time`` [s]."""
-        return self.start <= time < self.end
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if self.start >= self.end:
-            raise ValueError(f"start_s {self.start} must be less than end_s {self.end}")
-        return self
-
-
-class Wind(_Event):
-    """A constant force on the vehicle."""
-
-    kind: Literal["wind"]
-    force_N: Annotated[Vector3, Field(alias="force_n")]
-    """In the world frame {n} [N]."""
-
-
-class ThrustScale(_Event):
-    """Every rotor's thrust and torque is multiplied by ``scale``."""
-
-    kind: Literal["thrust_scale"]
-    scale: Annotated[float, Field(gt=0.0, le=2.0)]
-
-
-class Outliers(_Event):
-    """Measured ranges and bearings are replaced by wrong ones with this probability."""
-
-    kind: Literal["outliers"]
-    probability: Probability
-    range_std: Annotated[Positive, Field(alias="range_std_m")]
-    bearing_std: Annotated[float, Field(alias="bearing_std_deg", gt=0.0, le=180.0), DEGREES]
-
-
-class Dropout(_Event):
-    """Messages of one sensor are not sent with this probability."""
-
-    kind: Literal["dropout"]
-    sensor: SensorName
-    probability: Probability
-
-
-class CommandLoss(_Event):
-    """Commands do not reach the vehicle with this probability."""
-
-    kind: Literal["command_loss"]
-    probability: Probability
-
-
-Event = Annotated[Wind | ThrustScale | Outliers | Dropout | CommandLoss, Field(discriminator="kind")]
-
-
 class PlantConfig(Schema):
-    """How the truth is integrated."""
+    """Integration of the true motion of the vehicles."""
 
     step: Annotated[float, Field(alias="step_s", gt=0.0, le=0.005)]
 
@@ -197,12 +61,12 @@ class LockstepConfig(Schema):
     """The barrier that keeps all nodes in the same step."""
 
     step_timeout: Annotated[Positive, Field(alias="step_timeout_s")]
-    """Wall time that the slowest member may take for one step before the run is given up [s]."""
+    """Wall time that the slowest member may take for one step before the flight ends [s]."""
     on_vehicle_lost: Literal["abort"]
 
 
 class ScenarioConfig(Schema):
-    """Everything that defines a flight but its seed."""
+    """Everything that defines a flight, except its seed."""
 
     name: Name
     title: Label
@@ -274,7 +138,7 @@ class ScenarioConfig(Schema):
         return 2.0 * self.vehicle.collision_radius
 
     def formation_problem(self, formation: Mapping[str, Vector3]) -> str | None:
-        """Why the team cannot fly a formation, as the end of a sentence on it; None if it can."""
+        """Why the team cannot fly a formation, as the end of a sentence about it; None if it can."""
         if unknown := sorted(set(formation) - set(self.team.followers)):
             known = ", ".join(self.team.followers)
             return f"names '{unknown[0]}', which is no follower; followers are {known}"
@@ -340,7 +204,7 @@ class ScenarioConfig(Schema):
         return self
 
     @model_validator(mode="after")
-    def _events_hit_someone(self) -> Self:
+    def _event_targets_exist(self) -> Self:
         for event in self.events:
             if event.target not in self.team.vehicles:
                 raise ValueError(

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from relform_core.arrays import Array
+from relform_core.events_config import Event
 from relform_core.measurements import Odometry
-from relform_core.scenario_config import Event, ScenarioConfig
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.sensor import Measurement, Sensor
 
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from relform_core.arrays import Array
+from relform_core.events_config import Outliers
 from relform_core.measurements import Odometry
-from relform_core.scenario_config import Outliers
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearingConfig, RangeBearings
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sensors.model import Carrier, Read

@@ -8,9 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
+from relform_core.events_config import CommandLoss, Dropout
 from relform_core.measurements import RotorCommand
 from relform_core.randomness import Stream, Streams
-from relform_core.scenario_config import CommandLoss, Dropout, ScenarioConfig
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.sensor import Measurement, Sensor
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sim.loss import Loss

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from relform_core.scenario_config import CommandLoss, Dropout
+from relform_core.events_config import CommandLoss, Dropout
 
 
 class Loss:

@@ -9,9 +9,10 @@ import math
 from collections.abc import Mapping
 
 from relform_core.errors import FlightError
+from relform_core.events_config import ThrustScale, Wind
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.randomness import Stream, Streams
-from relform_core.scenario_config import ScenarioConfig, ThrustScale, Wind
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.units import NANOSECONDS_PER_SECOND

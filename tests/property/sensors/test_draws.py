@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from relform_core.events_config import Dropout, Outliers
 from relform_core.measurements import Odometry, VehicleMeasurements
 from relform_core.randomness import Streams
-from relform_core.scenario_config import Dropout, Outliers, ScenarioConfig
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.range_bearing import RANGE_BEARING

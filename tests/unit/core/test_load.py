@@ -8,7 +8,7 @@ import pytest
 
 from relform_core.errors import ConfigError
 from relform_core.load import load_scenario, load_scenario_text
-from relform_core.scenario_config import Hover, Spiral, Turn
+from relform_core.phases_config import Hover, Spiral, Turn
 from relform_core.yaml_files import parse_mapping, to_text
 from support.scenarios import CONFIG_FOLDER, PAPER, paper_scenario, team_of
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from relform_core.events_config import Outliers
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry
-from relform_core.scenario_config import Outliers
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearings, Sector
 from relform_sensors.range_bearing import UNKNOWN_ANGLE_STD, RangeBearingSensor
 

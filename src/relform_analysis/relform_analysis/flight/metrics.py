@@ -15,7 +15,8 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.view_margins import view_margins
 from relform_core.arrays import Array
 from relform_core.names import SolverState
-from relform_core.scenario_config import PhaseConfig, TeamConfig
+from relform_core.phases_config import PhaseConfig
+from relform_core.scenario_config import TeamConfig
 from relform_core.units import NANOSECONDS_PER_SECOND, rpm_to_rad_s, seconds_to_ns
 
 Mask = npt.NDArray[np.bool_]

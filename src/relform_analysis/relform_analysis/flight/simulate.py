@@ -27,17 +27,23 @@ class SimulatedStep:
     a fault ends the flight."""
 
 
-def simulate(scenario: LoadedScenario, make_link: LinkFactory = lossy_link) -> Iterator[SimulatedStep]:
+def simulate(
+    scenario: LoadedScenario,
+    make_link: LinkFactory = lossy_link,
+    controller: FormationController | None = None,
+) -> Iterator[SimulatedStep]:
     """Fly a scenario to its end or to the first fault, one control step at a time.
 
     Args:
         make_link: the link of each vehicle.
+        controller: takes requests between two steps; None: that of the scenario.
     Raises:
         FlightError: measurements that the start needs are missing for too long.
     """
     config = scenario.config
     vehicles = {name: Vehicle(config, scenario.seed, name, make_link) for name in config.team.vehicles}
-    controller = FormationController(config)
+    if controller is None:
+        controller = FormationController(config)
     commands: Mapping[str, RotorCommand | None] = dict.fromkeys(vehicles)
     for step in range(config.n_steps + 1):
         ground_truth = {name: vehicle.advance(step, commands[name]) for name, vehicle in vehicles.items()}

@@ -10,7 +10,8 @@ from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
 from relform_core.errors import ConfigError
 from relform_core.formation_change import FormationChanges
-from relform_core.scenario_config import PhaseConfig, ScenarioConfig
+from relform_core.phases_config import PhaseConfig
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from relform_core.arrays import Array, Integers
 from relform_core.blend import smooth_step
-from relform_core.scenario_config import Hover, Motion, ScenarioConfig, Spiral, Straight, Turn
+from relform_core.phases_config import Hover, Motion, Spiral, Straight, Turn
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 _SAMPLES = 8
