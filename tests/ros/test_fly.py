@@ -203,6 +203,8 @@ def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
     assert (summary["outcome"], summary["reason"]) == ("interrupted", "interrupted by SIGINT")
     if when == "in flight":
         assert summary["steps"] > 0
+        assert f"open {flight.folder / 'report.html'}" in flight.out.splitlines()
+        assert (flight.folder / "report.html").exists()
         assert len(read_flight_log(flight.folder).phase) >= summary["steps"]
 
 

@@ -9,13 +9,14 @@ from rich.console import Console
 
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_bringup.create_folder import create_run_folder
-from relform_bringup.flight import Flight, FlownFlight, interruption_noted
+from relform_bringup.flight import Flight, FlownFlight, check_installation, interruption_noted
 from relform_core.errors import RelformError
+from relform_core.exit_codes import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED
 from relform_core.load import load_scenario
+from relform_core.ros_domain import claimed_domain
 from relform_core.run_folder import RunFolder
-from relform_core.script import EXIT_FAILURE, EXIT_INTERRUPTED, CommandParser, command, print_error
+from relform_core.script import CommandParser, command, print_error
 
-EXIT_FAULT = 3
 EXIT_CODES = {
     Outcome.COMPLETED: 0,
     Outcome.FAILED: EXIT_FAILURE,
@@ -35,8 +36,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES)
     with interruption_noted() as interruption:
         scenario = load_scenario(options.scenario, options.overrides, options.seed)
-        folder = create_run_folder(scenario, options.out, datetime.now())
-        flown = Flight(scenario, folder, options.record, interruption).fly(console)
+        check_installation(options.record)
+        with claimed_domain() as domain_id:
+            folder = create_run_folder(scenario, options.out, datetime.now())
+            flown = Flight(scenario, folder, options.record, domain_id, interruption).fly(console)
     match flown.ending:
         case Ending(Outcome.INTERRUPTED, reason):
             print(reason, file=sys.stderr)
@@ -62,13 +65,14 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
     write_summary(folder.summary, summary)
     if log.phase:
         print_table(summary, console)
-    # Whoever interrupts a flight does not want to wait for its pictures.
-    if log.phase and flown.ending.outcome is not Outcome.INTERRUPTED:
-        from relform_analysis.plots.flight_picture import draw_flight
+    if log.phase:
         from relform_analysis.report.flight_page import write_flight_report
 
-        draw_flight(log, folder.figure)
         write_flight_report(folder.report, log, flown.ending, versions)
+        if flown.ending.outcome is not Outcome.INTERRUPTED:  # it takes seconds, and the report has its plots
+            from relform_analysis.plots.flight_picture import draw_flight
+
+            draw_flight(log, folder.figure)
         console.print(f"open {folder.report}", soft_wrap=True, highlight=False)
     console.print(f"{folder.path}: {', '.join(folder.present())}", soft_wrap=True, highlight=False)
 

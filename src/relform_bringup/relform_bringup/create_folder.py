@@ -1,6 +1,7 @@
 """The folder of a run: what it is called, and `latest` that points to the newest."""
 
 import os
+import shutil
 from contextlib import suppress
 from datetime import datetime
 from errno import EEXIST
@@ -24,17 +25,23 @@ def create_run_folder(scenario: LoadedScenario, out: Path | None, now: datetime)
     name = f"{now:%Y%m%d-%H%M%S}-{scenario.config.name}-s{scenario.seed}"
     try:
         if out is None:
-            out = _make_new_folder(name)
-            link_atomically(RUNS / LATEST, out.name)
+            path = _make_new_folder(name)
         else:
-            out.mkdir(parents=True)
-        folder = RunFolder(out.absolute())
-        folder.log.mkdir()
-        folder.config.write_text(scenario.effective_yaml, encoding="utf-8")
+            path = out
+            path.mkdir(parents=True)
     except FileExistsError as error:
         raise FlightError(f"{error.filename} exists already, not overwriting.") from None
     except OSError as error:
         raise FlightError(f"{error.filename}: cannot be written: {error.strerror}") from None
+    folder = RunFolder(path.absolute())
+    try:
+        folder.log.mkdir()
+        folder.config.write_text(scenario.effective_yaml, encoding="utf-8")
+        if out is None:
+            link_atomically(RUNS / LATEST, path.name)
+    except OSError as error:
+        shutil.rmtree(path, ignore_errors=True)
+        raise FlightError(f"{path}: cannot be written: {error.strerror}") from None
     return folder
 
 

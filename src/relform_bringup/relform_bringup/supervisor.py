@@ -81,10 +81,8 @@ class Supervisor:
         Raises:
             FlightError: it cannot be started, or this system has no setpriv.
         """
-        if (setpriv := shutil.which("setpriv")) is None:
-            raise FlightError("setpriv is not installed: apt install util-linux")
         log = self._log / f"{name.strip('/').replace('/', '.')}.log"
-        child = Child(name, [setpriv, "--pdeathsig", dies_by, "--", *command], log)
+        child = Child(name, [find_setpriv(), "--pdeathsig", dies_by, "--", *command], log)
         self._children.append(child)
         return child
 
@@ -116,6 +114,17 @@ class Supervisor:
                 for child in group:
                     child.send(signal.SIGKILL)
                 _wait(group, STOP_S)
+
+
+def find_setpriv() -> str:
+    """Path of the program that lets a process end with its parent.
+
+    Raises:
+        FlightError: it is not installed.
+    """
+    if (path := shutil.which("setpriv")) is None:
+        raise FlightError("setpriv is not installed: apt install util-linux")
+    return path
 
 
 def _wait(children: Iterable[Child], timeout_s: float) -> bool:

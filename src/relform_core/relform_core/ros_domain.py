@@ -9,6 +9,8 @@ from relform_core.errors import FlightError
 
 DEFAULT_DOMAIN_ID = 0
 """Where ROS is without ROS_DOMAIN_ID: so a shell beside the flight sees its topics."""
+DOMAIN_ID_MAX = 232
+"""The ports of the next domain are beyond 65535, the last port that exists."""
 DOMAIN_IDS = range(1, 102)
 """For more flights at once; no ports among those that Linux gives to clients."""
 PARTICIPANTS_PROBED = 8
@@ -28,10 +30,8 @@ def claimed_domain(beside_shells: bool = True) -> Iterator[int]:
     Raises:
         FlightError: another flight uses the domain that the user wants, or all are in use.
     """
-    if wanted := os.environ.get("ROS_DOMAIN_ID"):
-        if not wanted.isdecimal():
-            raise FlightError(f"ROS_DOMAIN_ID must be a number (got '{wanted}'); unset it to get a free one")
-        shared, candidates = [int(wanted)], []
+    if (wanted := wanted_domain()) is not None:
+        shared, candidates = [wanted], []
         problem = f"another flight uses ROS_DOMAIN_ID {wanted}; unset it to get a free one"
     else:
         first = os.getpid() % len(DOMAIN_IDS)  # flights that start at once do not all begin at the same one
@@ -49,6 +49,20 @@ def claimed_domain(beside_shells: bool = True) -> Iterator[int]:
             yield domain_id
             return
     raise FlightError(problem)
+
+
+def wanted_domain() -> int | None:
+    """The domain that ROS_DOMAIN_ID names; None: it is not set.
+
+    Raises:
+        FlightError: it is not a domain.
+    """
+    if not (text := os.environ.get("ROS_DOMAIN_ID")):
+        return None
+    if not text.isdecimal() or int(text) > DOMAIN_ID_MAX:
+        bounds = f"a whole number from 0 to {DOMAIN_ID_MAX}"
+        raise FlightError(f"ROS_DOMAIN_ID must be {bounds} (got '{text}'); change or unset it")
+    return int(text)
 
 
 def is_in_use(domain_id: int) -> bool:

@@ -1,7 +1,9 @@
 """What a bring-up stands on: the run folder, a ROS domain of its own, the command line's refusals."""
 
+import resource
 import socket
 from contextlib import ExitStack, closing, suppress
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from uuid import uuid4
@@ -54,6 +56,19 @@ class TestRunFolder:
         with pytest.raises(FlightError, match=r"^there exists already, not overwriting\.$"):
             create_run_folder(paper_scenario(), Path("there"), NOW)
         assert list(Path("there").iterdir()) == []
+
+    def test_failed_start_leaves_no_folder_and_latest_alone(self, in_tmp_path: Path) -> None:
+        first = create_run_folder(paper_scenario(), None, NOW)
+        too_long = replace(paper_scenario(), written={"title": "x" * 100_000})
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))  # a disk that is full
+        try:
+            with pytest.raises(FlightError, match=r"cannot be written: File too large$"):
+                create_run_folder(too_long, None, NOW)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        assert {path.name for path in Path("runs").iterdir()} == {"latest", first.path.name}
+        assert Path("runs/latest").resolve() == first.path
 
     def test_no_place_to_write(self, in_tmp_path: Path) -> None:
         Path("file").touch()
@@ -115,10 +130,21 @@ class TestDomain:
             with pytest.raises(FlightError, match="another flight uses ROS_DOMAIN_ID 0"), claimed_domain():
                 pass
 
-    def test_a_wish_that_is_no_number(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setenv("ROS_DOMAIN_ID", "seven")
-        with pytest.raises(FlightError, match=r"must be a number \(got 'seven'\)"), claimed_domain():
+    @pytest.mark.parametrize("wanted", ["seven", "-1", "2.5", "233", "500"])
+    def test_impossible_domain_is_refused_with_the_bounds(
+        self, wanted: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setenv("ROS_DOMAIN_ID", wanted)
+        message = (
+            rf"^ROS_DOMAIN_ID must be a whole number from 0 to 232 \(got '{wanted}'\); change or unset it$"
+        )
+        with pytest.raises(FlightError, match=message), claimed_domain():
             pass
+
+    def test_highest_domain_is_possible(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("ROS_DOMAIN_ID", "232")
+        with claimed_domain() as claimed:
+            assert claimed == 232
 
 
 @pytest.mark.parametrize(
@@ -144,3 +170,36 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     assert output.err.count("\n") == 1
     assert output.out == ""
     assert [path.name for path in in_tmp_path.rglob("*")] == ["there"]
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "says"),
+    [
+        ("ROS_DOMAIN_ID", "500", "ROS_DOMAIN_ID must be a whole number from 0 to 232 (got '500')"),
+        ("PATH", "/nowhere", "setpriv is not installed: apt install util-linux"),
+        ("AMENT_PREFIX_PATH", "/nowhere", "package relform_sim is not installed: run make setup"),
+    ],
+)
+def test_refused_flight_leaves_nothing(
+    variable: str,
+    value: str,
+    says: str,
+    in_tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv(variable, value)
+    assert main(["--scenario", str(PAPER)]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {says}")
+    assert list(in_tmp_path.iterdir()) == []
+
+
+def test_flight_beside_another_in_the_same_domain_leaves_nothing(
+    in_tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("relform_core.ros_domain.CLAIM", f"\0relform-test-{uuid4()}-")
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    with claimed_domain():
+        assert main(["--scenario", str(PAPER)]) == 2
+    assert capsys.readouterr().err.startswith("error: another flight uses ROS_DOMAIN_ID 7")
+    assert list(in_tmp_path.iterdir()) == []

@@ -54,7 +54,7 @@ def test_epitaph(script: str, epitaph: str, supervisor: Supervisor) -> None:
 
 def test_who_is_lost_is_known_while_the_others_run(supervisor: Supervisor) -> None:
     stays, goes = shell(supervisor, "/stays", POLITE), shell(supervisor, "/goes", "exit 1")
-    wait_until(lambda: bool(supervisor.ended()))
+    wait_until(lambda: bool(supervisor.ended()) and ready(stays))
     assert supervisor.ended() == [goes]
     assert supervisor.running() == [stays]
     supervisor.stop()
