@@ -1,6 +1,6 @@
 # `make` alone says what there is. Every target sets up what it needs first.
 
-SCENARIO ?= config/scenarios/paper.yaml
+SCENARIO ?= paper
 PYTHON_IN_VENV := .venv/bin/python
 
 .NOTPARALLEL: # `make lint test` in that order, whatever -j says
@@ -14,7 +14,7 @@ setup: ## the Python environment and the built workspace; done once, then only w
 	@setup/setup.sh
 
 .PHONY: demo
-demo: setup ## fly the paper's scenario (SEED=7, SCENARIO=config/scenarios/..., ARGS="--no-record")
+demo: setup ## fly the paper's scenario (SEED=7, SCENARIO=name or file, ARGS="--no-record")
 	@$(PYTHON_IN_VENV) scripts/fly.py --scenario $(SCENARIO) $(if $(SEED),--seed $(SEED)) $(ARGS)
 
 .PHONY: test
