@@ -1,4 +1,4 @@
-"""What a user sees of a flight in the air: one live line on a terminal, elsewhere a line now and then."""
+"""Show the progress of a flight: one live line on a terminal, otherwise a line every few seconds."""
 
 import time
 from types import TracebackType
@@ -66,14 +66,14 @@ class FlightDisplay:
         self._live.stop()
 
     def message(self, text: str) -> None:
-        """Show that something is going on before the flight."""
+        """Show a text before the flight."""
         if self._console.is_terminal:
             self._live.update(text, refresh=True)
         else:
             self._console.print(text)
 
     def show(self, flight: FlightProgress) -> None:
-        """Show the newest step, unless the last refresh was only just now."""
+        """Show the newest step, at most once per refresh period."""
         if time.monotonic() - self._refreshed < self._refresh_s:
             return
         self._refreshed = time.monotonic()

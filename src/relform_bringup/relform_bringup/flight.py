@@ -1,14 +1,11 @@
-"""Bring up a flight: one process per node, watched to the end, and stopped whatever happens."""
+"""One flight: a process per node, which is watched to the end, and stopped in every case."""
 
 import json
 import math
 import os
-import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
-from types import FrameType
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -17,6 +14,7 @@ from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_bags.recover import recover_bag
 from relform_bringup.display import FlightDisplay
+from relform_bringup.interruption import Interruption, InterruptionError
 from relform_bringup.message_store import MessageStore
 from relform_bringup.supervisor import Child, Supervisor, find_setpriv
 from relform_core.errors import BagError, FlightError
@@ -30,47 +28,19 @@ if TYPE_CHECKING:
     from relform_bringup.nodes.monitor import Monitor
 
 QUADROTOR = ("relform_sim", "quadrotor")
-"""Package and executable of a node; so are the next ones."""
+"""Package and executable of a node, as in the next lines."""
 CONTROLLER = ("relform_controller", "controller")
 CLOCK = ("relform_sim", "clock")
 RECORDER = ("relform_bags", "recorder")
 WATCH_S = 0.02
-"""Period of the look at the processes."""
+"""Period at which the processes are checked."""
 END_S = 10.0
-"""How long the nodes may take to end by themselves when the flight is over."""
-
-
-class InterruptionError(Exception):
-    """The user ends the flight."""
-
-
-class Interruption:
-    """Takes note of a signal; what is under way decides when to give in."""
-
-    def __init__(self) -> None:
-        self.signal: signal.Signals | None = None
-
-    def note(self, signum: int, frame: FrameType | None) -> None:
-        """Handle a signal."""
-        self.signal = self.signal or signal.Signals(signum)
-
-
-@contextmanager
-def interruption_noted() -> Iterator[Interruption]:
-    """Within the block, SIGINT, SIGTERM and SIGHUP do nothing but to be noted."""
-    interruption = Interruption()
-    signums = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(signum, interruption.note) for signum in signums]
-    try:
-        yield interruption
-    finally:
-        for signum, handler in zip(signums, before, strict=True):
-            signal.signal(signum, handler)
+"""Time in which the nodes must end after the last step."""
 
 
 @dataclass(frozen=True)
 class FlownFlight:
-    """What there is of a flight when its nodes are gone."""
+    """The result of a flight; its nodes have ended."""
 
     log: FlightLog
     ending: Ending
@@ -91,10 +61,10 @@ class Flight:
     """The nodes of one flight.
 
     Args:
-        folder: of the run, with the effective configuration in it.
+        folder: run folder with the effective configuration in it.
         record: whether a bag is recorded.
-        domain_id: of the nodes.
-        interruption: by which the user may end the flight.
+        domain_id: ROS domain of the nodes.
+        interruption: signals of the user, which end the flight.
     """
 
     def __init__(
@@ -136,7 +106,7 @@ class Flight:
         except FlightError as error:
             outcome, reason = Outcome.FAILED, str(error)
         if self._recorder is not None and (self._recorder.exit_code() or 0) < 0:
-            with suppress(BagError):  # killed: its bag is completed, if there is one
+            with suppress(BagError):  # it was killed, perhaps before it had a bag
                 recover_bag(self._folder.bag)
         if (monitor := self._monitor) is None:
             return FlownFlight(FlightLogBuilder(self._scenario).build(), Ending(outcome, reason, 0.0, 0.0))
@@ -157,20 +127,20 @@ class Flight:
         self._start_node(CLOCK_NODE, CLOCK)
         if RECORDER_NODE in self._observers:
             output = f"output:={json.dumps(str(self._folder.bag))}"
-            # If this process is killed, the kernel ends the recorder too, but lets it close the bag.
+            # If this process is killed, the kernel sends SIGINT to the recorder, which then closes the bag.
             self._recorder = self._start_node(RECORDER_NODE, RECORDER, "-p", output, dies_by="INT")
 
     def _start_node(
         self, node: str, program: tuple[str, str], *arguments: str, dies_by: str = "KILL"
     ) -> Child:
         command = [executable(*program), "--ros-args", "--disable-external-lib-logs"]
-        # The values are YAML, of which JSON is a part: so any path is quoted as it must be.
+        # The values are YAML; JSON is YAML too, and quotes any path correctly.
         for parameter, value in (("scenario", str(self._folder.config)), ("observers", self._observers)):
             command += ["-p", f"{parameter}:={json.dumps(value)}"]
         return self._supervisor.start(node, [*command, *arguments], dies_by)
 
     def _watch_flight(self, display: FlightDisplay, store: MessageStore) -> None:
-        # Imported only now, because importing ROS takes as long as the nodes take to start.
+        # Imported here, while the nodes start, because importing ROS takes as long.
         from relform_bringup.nodes.monitor import monitoring
 
         with monitoring(self._scenario, self._observers, store, display.show, self._watch) as monitor:
@@ -188,8 +158,7 @@ class Flight:
 
     def _watch(self) -> None:
         """Raise an error if the user or a lost node ends the flight."""
-        if self._interruption.signal is not None:
-            raise InterruptionError(f"interrupted by {self._interruption.signal.name}")
+        self._interruption.check()
         now = time.monotonic()
         if now - self._watched < WATCH_S:
             return

@@ -1,4 +1,4 @@
-"""The monitor: a member of the barrier that keeps the messages of a flight for live line and summary."""
+"""The monitor: a member of the barrier that stores the messages of a flight for live line and summary."""
 
 import time
 from collections import deque
@@ -89,11 +89,11 @@ class Monitor:
 
     @property
     def wall_time(self) -> float:
-        """What it took, from the first tick on [s]."""
+        """Wall time since the first tick [s]."""
         return self._now - self._began
 
     def formation_error(self) -> float | None:
-        """Mean true formation error of the scored pairs in the newest step [m]; None: there is none."""
+        """Mean true formation error of the scored pairs in the newest step [m]; None: unknown."""
         log = self._decode(
             (topic, data) for topic, data in self._recent if topic.endswith((f"/{GROUND_TRUTH}", REFERENCE))
         )
@@ -145,7 +145,7 @@ def monitoring(
     on_step: Callable[[Monitor], None],
     watch: Callable[[], None],
 ) -> Iterator[Monitor]:
-    """A monitor in this process, while the block runs; ``watch`` is called again and again while it waits."""
+    """A monitor in this process, while the block runs; it calls ``watch`` repeatedly while it waits."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = rclpy.create_node(split_node_name(MONITOR_NODE)[1], enable_rosout=False)
