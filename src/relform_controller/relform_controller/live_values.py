@@ -10,8 +10,7 @@ from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 
 FORMATION = "formation."
-"""What the keys of the formation begin with; a follower's name comes next."""
-
+"""Prefix of the keys of the formation; the name of a follower follows."""
 
 CheckFormation = Callable[[Mapping[str, Vector3]], None]
 """Raises a ConfigError for a formation that the team cannot fly from the next step on."""
@@ -60,7 +59,7 @@ class LiveControllerValues:
 
     @property
     def described(self) -> Mapping[str, LiveValue]:
-        """What can be changed, by dotted key."""
+        """Description of each value, by dotted key."""
         apart = f"any two vehicles at least {self._scenario.separation_min:g} m apart"
         place = LiveValue(
             description=ScenarioConfig.model_fields["formations"].description or "",
@@ -74,10 +73,10 @@ class LiveControllerValues:
         return {**self._controller.values, **by_formation_key(self.formation)}
 
     def changed(self, changes: Mapping[str, Value]) -> "LiveControllerValues":
-        """The same with other values for some keys.
+        """A copy with other values for some keys.
 
         Raises:
-            ConfigError: one line: a key, what it must be, what it is.
+            ConfigError: one line: the key, its bound and the refused value.
         """
         weights = {key: value for key, value in changes.items() if not key.startswith(FORMATION)}
         formation = dict(self.formation)
@@ -91,7 +90,7 @@ class LiveControllerValues:
 
 
 def formation_key(follower: str) -> str:
-    """The key of a follower's place."""
+    """The key of the place of a follower."""
     return f"{FORMATION}{follower}"
 
 

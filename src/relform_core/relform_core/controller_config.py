@@ -8,7 +8,7 @@ from relform_core.schema import NonNegative, Positive, Schema
 from relform_core.units import DEGREES
 
 WEIGHT_MAX = 1e6
-"""Far beyond what makes sense, but the squares of such numbers can still be computed with."""
+"""Far above useful weights; squares of such numbers are still finite."""
 
 
 class WeightsConfig(Schema):
@@ -25,21 +25,25 @@ class WeightsConfig(Schema):
     torque: Annotated[float, Field(alias="torque_per_n2_m2", ge=0.0, le=WEIGHT_MAX)]
     """Weight on the torque of each vehicle."""
     thrust_rate: Annotated[float, Field(alias="thrust_rate_per_n2", ge=0.0, le=WEIGHT_MAX)]
-    """Weight on the change of each rotor's thrust from one interval to the next; not in the paper, 0 leaves
-    it out."""
+    """Weight on the change of each rotor's thrust from one interval to the next. The paper has no such term;
+    0 leaves it out."""
     terminal_scale: Annotated[float, Field(gt=0.0, le=WEIGHT_MAX)]
     """Factor on the formation, position and yaw terms of the terminal cost."""
 
 
 WarmStart = Literal["transform", "shift", "hold", "cold"]
-"""The guess of the next control step: the plan shifted in time and transformed into the next {mi} frames, as
-in the paper; only shifted; held as it is; or none, a hover from the measured states. The last three are there
-to show what they cost."""
+"""The guess of the next control step. The last three exist for ablations.
+
+``transform``: the plan, shifted in time and transformed into the next {mi} frames, as in the paper.
+``shift``: the plan, shifted only. ``hold``: the plan as it is. ``cold``: a hover from the measured states.
+"""
 
 FormationPairs = Literal["all", "with_leader", "one_way"]
-"""Ordered pairs in the formation cost: all, as in the paper; those without the branches between followers; or
-each pair once, from the vehicle that comes first in team order. The last two are there to show what they
-cost."""
+"""Ordered pairs in the formation cost. The last two exist for ablations.
+
+``all``: as in the paper. ``with_leader``: pairs that include the leader. ``one_way``: each pair once,
+observed by the vehicle that comes first in team order.
+"""
 
 
 EstimatorName = Literal["raw"]
@@ -58,7 +62,7 @@ class SolverConfig(Schema):
 
 
 class FormationChangeConfig(Schema):
-    """Bounds of a change of formation: how fast the followers move relative to the leader."""
+    """Bounds on the motion of each follower relative to the leader while the formation changes."""
 
     speed_max: Annotated[Positive, Field(alias="speed_max_m_s")]
     acceleration_max: Annotated[Positive, Field(alias="acceleration_max_m_s2")]
@@ -74,13 +78,14 @@ class ControllerConfig(Schema):
     weights: WeightsConfig
     solver: SolverConfig
     relative_yaw_std_max: Annotated[float, Field(alias="relative_yaw_std_max_deg", gt=0.0, le=90.0), DEGREES]
-    """Beyond this standard deviation eq. YawEst5 counts as singular and the yaw is propagated with the
+    """Above this standard deviation eq. YawEst5 counts as singular, and the yaw is propagated with the
     gyros."""
     formation_change: FormationChangeConfig | None
-    """A new formation is blended in over the shortest time that these bounds allow for its distance."""
+    """A new formation is blended in over the shortest time within these bounds. Null together with
+    ``formation_ramp_s``."""
     formation_ramp: Annotated[NonNegative | None, Field(alias="formation_ramp_s")] = None
-    """Recordings of older versions have it instead of ``formation_change``: every change takes this time [s],
-    0 is a step, and no change is refused for its path."""
+    """Only in recordings of older versions, in place of ``formation_change``: every change of formation takes
+    this time [s], 0 is a step, and no change is refused for its path."""
     estimator: EstimatorName = "raw"
     start_wait_max: Annotated[NonNegative, Field(alias="start_wait_max_s")] = 5.0
     """How long the vehicles hover at the start of a flight while the controller waits for the measurements of

@@ -1,4 +1,7 @@
-"""Live values: values of the configuration that may be changed in flight, by the keys of its files."""
+"""Live values: values of the configuration that may be changed in flight.
+
+They have the keys, units, bounds and descriptions of the configuration's schema.
+"""
 
 import copy
 import math
@@ -23,36 +26,36 @@ S = TypeVar("S", bound=Schema)
 
 @dataclass(frozen=True)
 class LiveValue:
-    """What a user must know about one live value."""
+    """Description and bounds of one live value."""
 
     description: str
     lowest: float = -math.inf
     highest: float = math.inf
     constraint: str = ""
-    """What else must hold, in words."""
+    """Further conditions, in words."""
 
     @property
     def bounded(self) -> bool:
-        """Whether there is a bound in numbers."""
+        """Whether the value has a lower or an upper bound."""
         return self.lowest > -math.inf or self.highest < math.inf
 
 
 class LiveValues(Protocol):
-    """Values that may be changed in flight, one or several at a time; an object itself does not change."""
+    """Values that may be changed in flight, one or several together; immutable."""
 
     @property
     def described(self) -> Mapping[str, LiveValue]:
-        """What can be changed, by dotted key."""
+        """Description of each value, by dotted key."""
 
     @property
     def values(self) -> Mapping[str, Value]:
         """The present values, by dotted key."""
 
     def changed(self, changes: Mapping[str, Value]) -> Self:
-        """The same with other values for some keys.
+        """A copy with other values for some keys.
 
         Raises:
-            ConfigError: one line: a key, what it must be, what it is.
+            ConfigError: one line: the key, its bound and the refused value.
         """
 
 
@@ -60,9 +63,9 @@ class LiveSection(Generic[S]):
     """Live numbers of a section of the configuration, such as ``weights.formation_per_m2`` of a controller.
 
     Args:
-        schema: of the section.
+        schema: schema of the section.
         written: the section as its file has it.
-        keys: dotted, of what may be changed.
+        keys: dotted keys of the live values.
     """
 
     def __init__(self, schema: type[S], written: Mapping[str, Any], keys: Iterable[str]) -> None:
@@ -76,10 +79,10 @@ class LiveSection(Generic[S]):
         self.values: Mapping[str, Value] = {key: float(_get(written, key)) for key in self.described}
 
     def changed(self, changes: Mapping[str, Value]) -> "LiveSection[S]":
-        """The same section with other values.
+        """A copy with other values.
 
         Raises:
-            ConfigError: one line: a key, what it must be, what it is.
+            ConfigError: one line: the key, its bound and the refused value.
         """
         written = copy.deepcopy(dict(self._written))
         for key, value in changes.items():

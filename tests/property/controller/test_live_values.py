@@ -1,4 +1,4 @@
-"""Changes in flight: accepted ones come back exactly, refused ones change nothing, and no others exist."""
+"""Sequences of changes in flight: accepted values are read back exactly, refused changes have no effect."""
 
 from contextlib import suppress
 

@@ -1,4 +1,4 @@
-"""The formation reference: when it changes, how it is blended in, and that its pairs fit each other."""
+"""The formation reference: when it changes, how a new formation is blended in, consistent pairs, refusals."""
 
 import itertools
 import math
@@ -51,14 +51,14 @@ def test_pairs_by_hand() -> None:
     np.testing.assert_allclose(schedule.target, expected)
 
 
-def test_the_scenario_changes_the_formation_at_its_phase() -> None:
+def test_phase_changes_the_formation() -> None:
     references = follow(FormationSchedule(config_with()), range(SWITCH + 5))[:, :, 0]
     np.testing.assert_allclose(references[:SWITCH, 0], np.tile([-1.0, -0.5, -0.5], (SWITCH, 1)))
     np.testing.assert_allclose(references[SWITCH:, 0], np.tile([-1.0, -0.75, -0.5], (5, 1)))
     np.testing.assert_allclose(references[SWITCH:, 3], np.tile([0.0, 1.5, 0.0], (5, 1)))
 
 
-def test_a_ramp_blends_over_its_time_without_a_jump() -> None:
+def test_fixed_ramp_takes_its_time_without_a_jump() -> None:
     schedule = FormationSchedule(config_with(*FIXED_RAMP, RAMPED_PHASE))
     references = follow(schedule, range(SWITCH + 40))[:, 0, 0, 1]
     np.testing.assert_allclose(references[: SWITCH + 1], -0.5)
@@ -69,7 +69,7 @@ def test_a_ramp_blends_over_its_time_without_a_jump() -> None:
     np.testing.assert_allclose(schedule.target[0], [-1.0, -0.75, -0.5])
 
 
-def test_the_horizon_sees_the_ramp_that_has_begun() -> None:
+def test_horizon_follows_the_ramp() -> None:
     schedule = FormationSchedule(config_with(*FIXED_RAMP, RAMPED_PHASE))
     references = follow(schedule, range(SWITCH + 30), n_instants=16)
     for ahead in (1, 7, 15):
@@ -78,7 +78,7 @@ def test_the_horizon_sees_the_ramp_that_has_begun() -> None:
 
 
 @pytest.mark.parametrize("n_vehicles", [2, 3, 5])
-def test_all_pairs_fit_each_other_at_every_instant(n_vehicles: int) -> None:
+def test_references_of_all_pairs_are_consistent(n_vehicles: int) -> None:
     schedule = FormationSchedule(config_with(*team_of(n_vehicles), RAMPED_PHASE))
     references = follow(schedule, range(SWITCH + 20), n_instants=16)
     pairs = ordered_pairs(n_vehicles)
@@ -89,7 +89,7 @@ def test_all_pairs_fit_each_other_at_every_instant(n_vehicles: int) -> None:
         np.testing.assert_allclose(of[i, j] + of[j, k], of[i, k], atol=1e-12)
 
 
-def test_a_request_holds_from_the_next_step_until_the_scenario_changes_the_formation() -> None:
+def test_request_applies_from_the_next_step_until_a_phase_changes_the_formation() -> None:
     schedule = FormationSchedule(config_with())
     follow(schedule, range(100))
     request(schedule, NEW)
@@ -103,7 +103,7 @@ def test_a_request_holds_from_the_next_step_until_the_scenario_changes_the_forma
     np.testing.assert_allclose(references[-1, 0], [-1.0, -0.75, -0.5])
 
 
-def test_a_request_during_a_ramp_starts_from_where_the_reference_is() -> None:
+def test_request_during_a_fixed_ramp_starts_from_the_present_reference() -> None:
     schedule = FormationSchedule(config_with(*FIXED_RAMP, RAMPED_PHASE))
     before = follow(schedule, range(SWITCH + 8))[-1]
     request(schedule, NEW)
@@ -113,7 +113,7 @@ def test_a_request_during_a_ramp_starts_from_where_the_reference_is() -> None:
     np.testing.assert_allclose(references[-1, 0, 0], [-2.0, -0.25, 0.5])
 
 
-def test_of_two_requests_the_last_one_counts() -> None:
+def test_last_of_two_requests_in_one_step_applies() -> None:
     schedule = FormationSchedule(config_with())
     request(schedule, {"follower_1": (-3.0, 0.0, 0.0), "follower_2": (3.0, 0.0, 0.0)})
     request(schedule, NEW)
@@ -124,9 +124,7 @@ def test_of_two_requests_the_last_one_counts() -> None:
 
 @pytest.mark.parametrize("speed_max", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("acceleration_max", [0.5, 1.0, 4.0])
-def test_a_change_keeps_its_bounds_and_is_no_slower_than_they_ask(
-    speed_max: float, acceleration_max: float
-) -> None:
+def test_change_reaches_and_keeps_its_bounds(speed_max: float, acceleration_max: float) -> None:
     schedule = FormationSchedule(
         config_with(
             f"controller.formation_change.speed_max_m_s={speed_max}",
@@ -146,7 +144,7 @@ def test_a_change_keeps_its_bounds_and_is_no_slower_than_they_ask(
     assert max(speed.max() / speed_max, acceleration.max() / acceleration_max) > 0.95
 
 
-def test_a_phase_changes_the_formation_within_the_bounds_unless_it_asks_for_a_step() -> None:
+def test_phase_without_formation_step_changes_within_the_bounds() -> None:
     schedule = FormationSchedule(config_with(RAMPED_PHASE))
     references = follow(schedule, range(SWITCH + 40))[:, 0, 0, 1]
     ramp_steps = math.ceil(20 * math.sqrt(6.0 * 0.25 / 1.0))  # 0.25 m within 1 m/s^2
@@ -155,7 +153,7 @@ def test_a_phase_changes_the_formation_within_the_bounds_unless_it_asks_for_a_st
     np.testing.assert_allclose(references[SWITCH + ramp_steps :], -0.75)
 
 
-def test_a_request_in_the_middle_of_a_change_continues_the_motion_of_the_reference() -> None:
+def test_request_during_a_change_continues_the_motion_of_the_reference() -> None:
     schedule = FormationSchedule(config_with())
     request(schedule, NEW)
     before = follow(schedule, range(40))[:, 0, 0]
@@ -176,7 +174,7 @@ TOO_CLOSE = (
 )
 
 
-def test_a_request_with_crossing_paths_changes_nothing() -> None:
+def test_request_with_crossing_paths_is_refused() -> None:
     schedule = FormationSchedule(config_with())
     follow(schedule, range(10))
     with pytest.raises(ConfigError) as caught:
@@ -187,13 +185,13 @@ def test_a_request_with_crossing_paths_changes_nothing() -> None:
     np.testing.assert_allclose(references, np.tile([-1.0, -0.5, -0.5], (20, 1)))
 
 
-def test_a_request_through_the_leader_is_refused() -> None:
+def test_request_through_the_leader_is_refused() -> None:
     ahead = {"follower_1": (1.0, 0.5, 0.5), "follower_2": (-1.0, 0.5, -0.5)}
     with pytest.raises(ConfigError, match=r"'leader' and 'follower_1' would come within 0\.000 m"):
         FormationSchedule(config_with()).check(ahead)
 
 
-def test_two_steps_around_each_other_are_accepted() -> None:
+def test_exchange_of_places_in_several_steps_is_accepted() -> None:
     """A change of places that collides along straight lines, through a formation that leaves room."""
     schedule = FormationSchedule(config_with(RAMPED_PHASE))
     request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.5, -0.5)})
@@ -215,7 +213,7 @@ def test_two_steps_around_each_other_are_accepted() -> None:
     assert schedule.by_follower == SWAPPED
 
 
-def test_what_is_possible_depends_on_where_the_change_under_way_has_got_to() -> None:
+def test_check_starts_from_the_present_reference() -> None:
     """Half-way through a change the straight path to a formation may be free that was blocked before."""
     schedule = FormationSchedule(config_with("phases.3.formation=initial", "phases.4.formation=initial"))
     aside = {"follower_1": (-1.0, -0.5, 1.5), "follower_2": (-1.0, 0.5, -0.5)}
@@ -228,7 +226,7 @@ def test_what_is_possible_depends_on_where_the_change_under_way_has_got_to() -> 
     schedule.check(across)
 
 
-def test_formations_at_the_smallest_distance_can_be_flown_to_and_left() -> None:
+def test_formation_at_the_smallest_distance_is_accepted() -> None:
     schedule = FormationSchedule(config_with(RAMPED_PHASE))
     close = {"follower_1": (-1.3, -0.1, -0.5), "follower_2": (-1.3, 0.4, -0.5)}
     request(schedule, close)
@@ -238,7 +236,7 @@ def test_formations_at_the_smallest_distance_can_be_flown_to_and_left() -> None:
     assert schedule.by_follower == NEW
 
 
-def test_recordings_of_older_versions_change_the_formation_as_they_did() -> None:
+def test_configuration_of_an_older_version_changes_as_it_did() -> None:
     """A step, also on crossing paths; or a blend over a fixed time."""
     step = ("controller.formation_change=null", "controller.formation_ramp_s=0.0")
     for overrides, n_steps in ((step, 0), (FIXED_RAMP, 20)):
@@ -276,7 +274,7 @@ def test_recordings_of_older_versions_change_the_formation_as_they_did() -> None
         ),
     ],
 )
-def test_an_impossible_request_changes_nothing(
+def test_impossible_request_changes_nothing(
     formation: dict[str, tuple[float, float, float]], problem: str
 ) -> None:
     schedule = FormationSchedule(config_with())

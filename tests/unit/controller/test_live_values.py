@@ -1,4 +1,4 @@
-"""What may be changed in flight: keys and bounds of the files, all or nothing."""
+"""Live values: keys and bounds of the files; a change applies as a whole or is refused as a whole."""
 
 import math
 
@@ -17,14 +17,14 @@ CONTROLLER = LiveControllerValues.from_scenario(SCENARIO, ScenarioMission(SCENAR
 VEHICLE = live_vehicle_values(SCENARIO)
 
 
-def test_the_keys_are_those_of_the_files() -> None:
+def test_keys_are_those_of_the_files() -> None:
     weights = {f"weights.{key}" for key in SCENARIO.written["controller"]["weights"]}
     assert set(CONTROLLER.described) == weights | {"formation.follower_1", "formation.follower_2"}
     limits = {f"failsafe.{key}" for key in SCENARIO.written["vehicle"]["failsafe"]}
     assert set(VEHICLE.described) == limits | {"tilt_max_deg"}
 
 
-def test_the_values_are_those_of_the_scenario_in_the_units_of_its_keys() -> None:
+def test_values_are_those_of_the_scenario_in_the_units_of_its_keys() -> None:
     assert CONTROLLER.values["weights.torque_per_n2_m2"] == 7.0
     assert CONTROLLER.values["formation.follower_1"] == (-1.0, -0.5, -0.5)
     assert VEHICLE.values["tilt_max_deg"] == 60.0
@@ -44,7 +44,7 @@ def test_descriptions_and_bounds_are_those_of_the_schema() -> None:
     assert "0.5 m apart" in CONTROLLER.described["formation.follower_1"].constraint
 
 
-def test_a_change_gives_what_a_file_with_these_values_gives() -> None:
+def test_change_equals_a_file_with_these_values() -> None:
     changed = CONTROLLER.changed({"weights.formation_per_m2": 3.5, "weights.terminal_scale": 2.0})
     overrides = ("formation_per_m2=3.5", "terminal_scale=2.0", "torque_per_n2_m2=7")
     written = paper_scenario(*(f"controller.weights.{override}" for override in overrides))
@@ -57,7 +57,7 @@ def test_a_change_gives_what_a_file_with_these_values_gives() -> None:
     assert limits.failsafe.descent_speed == SCENARIO.config.vehicle.failsafe.descent_speed
 
 
-def test_changes_add_up_and_leave_what_was_there_as_it_was() -> None:
+def test_changes_add_up_and_do_not_modify_the_original() -> None:
     before = dict(CONTROLLER.values)
     first = CONTROLLER.changed({"formation.follower_1": (-2.0, -1.0, 0.5)})
     second = first.changed({"weights.leader_yaw_per_rad2": 0.0})
@@ -83,7 +83,7 @@ def test_changes_add_up_and_leave_what_was_there_as_it_was() -> None:
         (VEHICLE, "mass_kg", 1.0, "cannot be changed in flight"),
     ],
 )
-def test_a_bad_value_is_refused_in_one_line_even_among_good_ones(
+def test_bad_value_is_refused_in_one_line_even_among_good_ones(
     live: LiveValues, key: str, value: Value, problem: str
 ) -> None:
     good = next(each for each in live.described if each != key)
@@ -99,7 +99,7 @@ def test_a_bad_value_is_refused_in_one_line_even_among_good_ones(
         ((-1.0, math.inf, -0.4), "formation puts 'follower_1' at (-1.0, inf, -0.4), which is not finite"),
     ],
 )
-def test_a_formation_that_cannot_be_flown_is_refused(place: tuple[float, ...], problem: str) -> None:
+def test_impossible_formation_is_refused(place: tuple[float, ...], problem: str) -> None:
     with pytest.raises(ConfigError, match=r"^[^\n]+$") as error:
         CONTROLLER.changed({"formation.follower_1": place})
     assert str(error.value).startswith(problem)

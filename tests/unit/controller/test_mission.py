@@ -117,6 +117,7 @@ def test_a_request_below_the_ground_is_refused() -> None:
     )
     mission.advance(PERIOD_NS)
     assert mission.formation == FORMATION
+    mission.check_formation(FORMATION)  # the present formation needs no way
     mission.advance(530 * PERIOD_NS)
     mission.set_formation(low)
     mission.advance(531 * PERIOD_NS)

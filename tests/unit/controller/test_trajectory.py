@@ -63,14 +63,14 @@ def test_velocity_is_the_derivative_of_position_and_lies_along_the_heading(
 
 
 @pytest.mark.parametrize("overrides", [(), (phases(*AWKWARD),)], ids=["paper", "awkward"])
-def test_nothing_jumps(overrides: tuple[str, ...]) -> None:
+def test_reference_is_smooth(overrides: tuple[str, ...]) -> None:
     reference = whole(config_with(*overrides))
     assert np.abs(np.diff(reference.p_NB_N, axis=0)).max() < 2.1 * FINE
     assert np.abs(np.diff(reference.v_NB_N, axis=0)).max() < 12.0 * FINE  # the agile turn takes 10 m/s^2
     assert np.abs(np.diff(reference.yaw_NB)).max() < 8.0 * FINE
 
 
-def test_it_starts_at_rest_at_the_start() -> None:
+def test_starts_at_rest_at_the_configured_place() -> None:
     p, v, yaw = at(PAPER, 0.0)
     np.testing.assert_array_equal(p, [3.0, -4.0, 2.5])
     np.testing.assert_array_equal(v, np.zeros(3))
@@ -88,7 +88,7 @@ def test_straight_line_reaches_its_speed_and_flies_along_the_heading() -> None:
     np.testing.assert_allclose(at(PAPER, 6.0)[0] - p_2, 7.0 * ahead, atol=1e-3)
 
 
-def test_turn_is_over_in_its_time_at_constant_speed() -> None:
+def test_turn_takes_its_time_at_constant_speed() -> None:
     assert at(PAPER, 6.0)[2] == pytest.approx(math.radians(30.0))
     assert at(PAPER, 6.25)[2] == pytest.approx(math.radians(75.0), abs=1e-6)
     assert at(PAPER, 6.5)[2] == pytest.approx(math.radians(120.0), abs=1e-6)
@@ -126,13 +126,13 @@ def test_hover_comes_to_rest_and_stays_with_its_yaw() -> None:
     assert np.linalg.norm(reference.p_NB_N[-1] - reference.p_NB_N[0]) == pytest.approx(3.0, abs=1e-3)
 
 
-def test_after_the_last_phase_its_motion_goes_on() -> None:
+def test_last_motion_continues_after_the_end() -> None:
     after = PAPER.v_NB_N[-N_EXTRA:]
     np.testing.assert_allclose(np.linalg.norm(after, axis=1), 1.9, atol=1e-9)
     assert np.diff(PAPER.yaw_NB[-N_EXTRA:]).min() > 0.9 * FINE * 1.857 / 2.0
 
 
-def test_the_reference_does_not_depend_on_the_control_period() -> None:
+def test_reference_does_not_depend_on_the_control_period() -> None:
     coarse = whole(config_with(period=0.05))
     n = len(coarse.yaw_NB) - N_EXTRA
     np.testing.assert_allclose(coarse.p_NB_N[:n], PAPER.p_NB_N[::10][:n], atol=1e-3)

@@ -1,1 +1,1 @@
-"""What the team is asked to follow: path of the leader, shape of the formation."""
+"""The mission of a flight: path of the leader, formation, phases and requests."""

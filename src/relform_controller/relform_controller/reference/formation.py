@@ -1,4 +1,4 @@
-"""The formation reference: which shape the team shall have, and how a new one is blended in."""
+"""The formation reference: the present formation, with a new one blended in."""
 
 from collections.abc import Mapping
 from typing import overload
@@ -16,7 +16,7 @@ from relform_core.schema import Vector3
 
 
 class FormationSchedule:
-    """The formation of each phase, or the one that was set by hand since.
+    """The formation of each phase, or of the last request since the phase changed it.
 
     A reference is the position of every target in {mc} of its observer, for equal yaws: shape (pair, 3) [m].
     """
@@ -28,7 +28,7 @@ class FormationSchedule:
         self.by_follower: Mapping[str, Vector3] = config.formations[config.phases[0].formation]
         """The present formation: position of each follower relative to the leader [m]."""
         self._places = self._changes.at_rest(self.by_follower)
-        """Of all vehicles in {mc} of the leader."""
+        """Of all vehicles, in {mc} of the leader."""
         target = self._of_pairs(self._places.target)
         self._reference = Blend(target, np.zeros_like(target), target, 0.0)
         self._changed_ns = 0
@@ -37,10 +37,10 @@ class FormationSchedule:
         self._requested: Mapping[str, Vector3] | None = None
 
     def request(self, formation: Mapping[str, Vector3]) -> None:
-        """Fly another formation, which was checked, from the next step on, until the scenario changes it.
+        """Fly another formation from the next step on, until the scenario changes it.
 
         Args:
-            formation: position of each follower relative to the leader [m].
+            formation: position of each follower relative to the leader [m]; ``check`` has accepted it.
         """
         self._requested = dict(formation)
 
@@ -50,7 +50,7 @@ class FormationSchedule:
         Args:
             formation: position of each follower relative to the leader [m].
         Raises:
-            ConfigError: the team cannot fly it, or not get there; the message gives the reason.
+            ConfigError: the team cannot fly it, or cannot get there; the message gives the reason.
         """
         if problem := self._config.formation_problem(formation):
             raise ConfigError(f"formation {problem}")

@@ -1,4 +1,4 @@
-"""What the team is asked to fly: a mission gives the reference at any time and takes requests in flight."""
+"""The mission of a flight: it gives the reference at any time and takes requests."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -71,22 +71,25 @@ class ScenarioMission:
 
     def check_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``; no follower may get to the ground below the path of the leader."""
-        self._schedule.check(formation)
-        if (
-            self._config.controller.formation_change is not None
-        ):  # older versions refused nothing for its path
-            lowest = self._trajectory.lowest(self._schedule.next_ns, self._schedule.kept_until_ns)
-            for follower, (_, _, up) in formation.items():
-                if lowest + up <= 0.0:
-                    raise ConfigError(
-                        f"formation puts '{follower}' at {lowest + up:.3f} m above ground, more than 0 m are "
-                        f"needed: the leader flies as low as {lowest:.3f} m"
-                    )
+        if formation != self.formation:
+            self._schedule.check(formation)
+            self._check_heights(formation)
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``."""
         self.check_formation(formation)
         self._schedule.request(formation)
+
+    def _check_heights(self, formation: Mapping[str, Vector3]) -> None:
+        if self._config.controller.formation_change is None:  # a recording of an older version
+            return
+        lowest = self._trajectory.lowest(self._schedule.next_ns, self._schedule.kept_until_ns)
+        for follower, (_, _, up) in formation.items():
+            if lowest + up <= 0.0:
+                raise ConfigError(
+                    f"formation puts '{follower}' at {lowest + up:.3f} m above ground, more than 0 m are "
+                    f"needed: the leader flies as low as {lowest:.3f} m"
+                )
 
     def advance(self, stamp_ns: int) -> None:
         """See ``Mission``."""

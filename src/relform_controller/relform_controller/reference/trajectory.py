@@ -39,7 +39,7 @@ class LeaderTrajectory:
 
     Args:
         config: the scenario.
-        n_extra: control periods after the end that are known too, normally the length of the horizon.
+        n_extra: control periods after the end for which there is a reference too, normally the horizon.
     """
 
     def __init__(self, config: ScenarioConfig, n_extra: int) -> None:
@@ -58,7 +58,7 @@ class LeaderTrajectory:
         """The reference at instants since the start of the flight [ns], shape (instant,).
 
         Raises:
-            ValueError: an instant before the start, or later than what is known.
+            ValueError: an instant before the start, or after the last one with a reference.
         """
         position = stamps_ns / self._period_ns * _SAMPLES
         last = len(self._samples.yaw_NB) - 1
@@ -91,7 +91,7 @@ def _profiles(config: ScenarioConfig, time: Array) -> tuple[Array, Array, Array]
     profiles = np.zeros((3, time.size))
     for phase, start, step in zip(config.phases, config.phase_start_times, config.phase_starts, strict=True):
         begin = step * _SUBSTEPS
-        entry = profiles[:, begin]  # what the phase before leads to
+        entry = profiles[:, begin]  # where the phase before ends
         profiles[:, begin:] = _phase_profile(phase.motion, time[begin:] - start, entry)
     return profiles[0], profiles[1], profiles[2]
 
