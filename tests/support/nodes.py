@@ -30,8 +30,14 @@ class Nodes:
     """Processes of nodes that fly one scenario in one domain; those that still run are killed at the end."""
 
     def __init__(
-        self, scenario: LoadedScenario, folder: Path, domain_id: int, observers: Sequence[str] = ()
+        self,
+        scenario: LoadedScenario,
+        folder: Path,
+        domain_id: int,
+        observers: Sequence[str] = (),
+        quadrotor: Sequence[str] = (str(INSTALL / "relform_sim/lib/relform_sim/quadrotor"),),
     ) -> None:
+        """``quadrotor``: command line of the nodes of the vehicles."""
         self.processes: dict[str, subprocess.Popen[str]] = {}
         config = folder / "config.yaml"
         config.write_text(scenario.effective_yaml)
@@ -43,6 +49,7 @@ class Nodes:
             f"observers:={list(observers) or ['']}",
         ]
         self._environment = os.environ | {"ROS_DOMAIN_ID": str(domain_id)}
+        self._quadrotor = list(quadrotor)
         self._vehicles = scenario.config.team.vehicles
 
     def __enter__(self) -> Self:
@@ -60,12 +67,13 @@ class Nodes:
         given = (part for each in parameters for part in ("-p", each))
         arguments = [*self._arguments, *given, *arguments]
         if name in self._vehicles:
-            package, program = "relform_sim", "quadrotor"
+            command = self._quadrotor
             arguments += ["-r", f"__ns:=/{name}"]
         else:
             package, program = OTHERS[name]
+            command = [str(INSTALL / package / "lib" / package / program)]
         self.processes[name] = subprocess.Popen(
-            [str(INSTALL / package / "lib" / package / program), *arguments],
+            [*command, *arguments],
             env=self._environment,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,

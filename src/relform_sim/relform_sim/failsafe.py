@@ -17,9 +17,9 @@ BRAKING_GAIN = 1.0
 ATTITUDE_BANDWIDTH = 6.0
 """Natural frequency of the levelled attitude, critically damped [rad/s]."""
 BANDWIDTH_TIMES_PERIOD = 0.3
-"""The most that a loop closed once per period stands with a good margin."""
+"""Highest product at which a loop that is closed once per period has a good margin."""
 TILT_COSINE_MIN = 0.5
-"""Beyond 60 deg no more thrust is added to make up for the tilt."""
+"""Beyond 60 deg the thrust no longer makes up for the tilt."""
 
 
 class Failsafe:
@@ -37,7 +37,7 @@ class Failsafe:
         self._bandwidth = min(ATTITUDE_BANDWIDTH, BANDWIDTH_TIMES_PERIOD / period)
 
     def sink(self, imu: Imu, optic_flow: OpticFlow) -> Array:
-        """Level out and sink slowly; the horizontal velocity is left as it is.
+        """Level out and sink slowly; the horizontal velocity is not controlled.
 
         Returns:
             Rotor speeds front, left, back, right, possibly beyond the limits [rad/s], shape (4,).

@@ -1,4 +1,4 @@
-"""What runs on a vehicle itself: which command, or what instead of it, turns the rotors in each interval."""
+"""Onboard logic of a vehicle: the rotor speeds of each interval, from a command, a plan or the failsafe."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ from relform_sim.failsafe import Failsafe
 
 @dataclass
 class OnboardCounts:
-    """How often, since the start, something other than a fresh command was flown, and why."""
+    """How often, since the start, the vehicle flew without a fresh command, and why."""
 
     missing: int = 0
     """Intervals for which no command arrived."""
     rejected: int = 0
-    """Commands that arrived and were refused: malformed, not finite, old, or from the future."""
+    """Commands that arrived and were rejected: malformed, not finite, old, or from the future."""
     replayed: int = 0
     """Intervals flown on the predicted sequence of an earlier command."""
     failsafe: int = 0
@@ -35,7 +35,7 @@ class Onboard:
 
     Before its first good command the vehicle hovers, because the controller may still wait for measurements.
 
-    Commands are placed in time by their stamps, so that one that comes several steps late falls into step.
+    A command applies from its stamp on: of a command that arrives late, its plan for the interval is flown.
     """
 
     def __init__(self, config: VehicleConfig, period: float) -> None:
@@ -48,7 +48,7 @@ class Onboard:
         self.set_limits(config.failsafe)
 
     def set_limits(self, config: FailsafeConfig) -> None:
-        """Take over other limits from the next interval on."""
+        """Apply other limits from the next interval on."""
         self._plan_max_ns = seconds_to_ns(config.plan_max)
         self._failsafe.descent_speed = config.descent_speed
 
@@ -81,7 +81,7 @@ class Onboard:
         return np.clip(speeds, self._speed_min, self._speed_max)
 
     def _acceptable(self, command: RotorCommand, stamp_ns: int) -> bool:
-        """Whether it can be flown, says something new, and is not from the future."""
+        """Whether a command is well formed, newer than the last good one, and not from the future."""
         return (
             command.period_ns > 0
             and command.speeds.shape == (4,)
@@ -93,7 +93,7 @@ class Onboard:
         )
 
     def _planned(self, stamp_ns: int, last: RotorCommand) -> Array | None:
-        """What the last good command says about the interval that starts at ``stamp_ns``; None: nothing."""
+        """Speeds of a command for the interval that starts at ``stamp_ns``; None: its plan is over."""
         age_ns = stamp_ns - last.stamp_ns
         intervals_later = age_ns // last.period_ns
         if intervals_later == 0:

@@ -1,4 +1,4 @@
-"""Conversion of units."""
+"""Units at the border."""
 
 import math
 

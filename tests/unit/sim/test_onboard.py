@@ -70,7 +70,7 @@ def test_speeds_are_saturated() -> None:
     assert late.next(None).tolist() == [high] * 4
 
 
-def test_predicted_sequence_stands_in_for_missing_commands_until_it_is_exhausted() -> None:
+def test_the_predicted_sequence_replaces_missing_commands_until_it_ends() -> None:
     flight = Flight()
     flight.next(command(0, n_predicted=2))
     assert flight.next(None) == flown(0, 1)
@@ -93,7 +93,7 @@ def test_an_old_plan_is_flown_for_a_limited_time() -> None:
     assert flight.next(None) == flown(0, 4)
 
 
-def test_the_failsafe_sinks_as_fast_as_it_is_told() -> None:
+def test_the_failsafe_sinks_at_the_configured_speed() -> None:
     flight = Flight()
     flight.next(command(0, n_predicted=0))
     slow = flight.next(None)
@@ -134,14 +134,14 @@ def test_bad_commands_are_refused_counted_and_replaced_by_the_plan(bad: dict[str
     assert flight.next(command(2)) == flown(2, 0)
 
 
-def test_empty_plan_is_fine() -> None:
+def test_a_command_may_have_an_empty_plan() -> None:
     flight = Flight()
     assert flight.next(command(0, n_predicted=0)) == flown(0, 0)
     flight.next(None)
     assert flight.onboard.counts == OnboardCounts(missing=1, failsafe=1)
 
 
-def test_late_commands_fall_into_step_by_their_stamp() -> None:
+def test_a_late_command_applies_from_its_stamp_on() -> None:
     flight = Flight()
     flight.next(command(0))
     assert flight.next(None) == flown(0, 1)
@@ -153,7 +153,7 @@ def test_late_commands_fall_into_step_by_their_stamp() -> None:
     assert flight.onboard.counts == OnboardCounts(missing=2, rejected=2, replayed=6)
 
 
-def test_plans_are_read_with_their_own_period() -> None:
+def test_a_plan_has_its_own_period() -> None:
     flight = Flight()
     flight.next(command(0, period_ns=2 * PERIOD_NS))
     assert flight.next(None) == flown(0, 0)
@@ -177,7 +177,7 @@ def torque_and_thrust(speeds: Any) -> tuple[Any, float]:
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, 2.9, -2.0])
-def test_failsafe_levels_whatever_the_yaw(yaw: float) -> None:
+def test_failsafe_levels_at_any_yaw(yaw: float) -> None:
     # Right side down by 0.2, nose down by 0.1: it must roll left side down and pitch nose up.
     q_NB = Rotation.from_euler("ZYX", [yaw, 0.1, 0.2]).as_quat()
     still = OpticFlow(0, np.zeros(3), np.eye(3))

@@ -1,4 +1,4 @@
-"""The whole simulated quadrotor: start, commands, events, seeds, and the order of its calls."""
+"""The simulated quadrotor: start, commands, events, seeds, and the order of calls."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -123,7 +123,7 @@ def test_true_vehicles_differ_from_the_nominal_one_and_from_each_other() -> None
         assert sunk == pytest.approx(4.0 * config.vehicle.hover_thrust / mass - GRAVITY, abs=1e-9)
 
 
-def test_same_seed_same_bits_another_seed_another_flight() -> None:
+def test_equal_seeds_give_equal_bits_and_another_seed_another_flight() -> None:
     first, again, other = fly(CONFIG, 10, seed=4), fly(CONFIG, 10, seed=4), fly(CONFIG, 10, seed=5)
     for name in CONFIG.team.vehicles:
         assert first.states(name) == again.states(name)
@@ -134,7 +134,7 @@ def test_same_seed_same_bits_another_seed_another_flight() -> None:
     assert imus[0] == imus[1] != imus[2]
 
 
-def test_range_bearing_is_between_the_handed_out_ground_truths() -> None:
+def test_range_bearing_is_between_the_returned_ground_truths() -> None:
     flight = fly(load("sensors.range_bearing.position_std_m=1.0e-9"), 5)
     truth = flight.ground_truth[5]
     for name, measured in flight.measurements[5].items():
@@ -166,7 +166,7 @@ def test_simultaneous_winds_add_and_thrust_scales_multiply() -> None:
     assert flight.v_NB_N("leader", 4) == pytest.approx(expected)
 
 
-def test_lost_commands_are_replaced_by_the_plan_then_by_the_failsafe_and_hit_nobody_else() -> None:
+def test_lost_commands_are_replaced_by_the_plan_then_by_the_failsafe_of_that_vehicle_only() -> None:
     loss = "{kind: command_loss, start_s: 0.15, end_s: 0.4, target: follower_2, probability: 1.0}"
     reference, lossy = fly(CONFIG, 12), fly(load(events(loss)), 12)
     counts = lossy.vehicles["follower_2"].counts
@@ -179,7 +179,7 @@ def test_lost_commands_are_replaced_by_the_plan_then_by_the_failsafe_and_hit_nob
         assert lossy.states(name) == reference.states(name)
 
 
-def test_commands_are_lost_as_often_as_specified_and_without_touching_other_draws() -> None:
+def test_commands_are_lost_with_the_specified_probability_and_change_no_other_draw() -> None:
     loss = "{kind: command_loss, start_s: 0.0, end_s: 100.0, target: leader, probability: 0.3}"
     n = 400
     lossy, reference = fly(load(events(loss)), n), fly(CONFIG, n)
@@ -205,7 +205,7 @@ def test_a_dropped_imu_message_does_not_blind_the_vehicle_itself() -> None:
     assert blind.states("leader") == seeing.states("leader")
 
 
-def test_commands_that_are_no_numbers_do_not_reach_the_rotors() -> None:
+def test_commands_that_are_not_finite_do_not_reach_the_rotors() -> None:
     def broken(step: int) -> RotorCommand:
         return command(step) if step < 3 else command(step, np.full(4, math.nan))
 
@@ -272,7 +272,7 @@ def test_a_step_that_was_not_measured_cannot_be_flown() -> None:
         vehicle.advance(1, command(0))
 
 
-def test_the_tilt_at_which_a_vehicle_gives_up_can_be_changed_and_nothing_else_changes() -> None:
+def test_the_tilt_limit_can_be_changed_and_nothing_else_changes() -> None:
     states, faults = [], []
     for limit in (None, "vehicle.tilt_max_deg=1.0"):
         vehicle = Vehicle(CONFIG, 1, "leader")
