@@ -22,6 +22,7 @@ from relform_controller.ocp.model import net_acceleration_I, rk4_step
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.term import CompiledFunction, Term
 from relform_core.arrays import Array
+from relform_core.atomic_file import written_atomically
 from relform_core.errors import RelformError
 
 COMPILER_FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC", "-shared")
@@ -142,12 +143,11 @@ def _compile(functions: Sequence[ca.Function]) -> Path:
 
 
 def _publish(built: Path, library: Path) -> None:
-    """Move a finished file into the cache at once, so that several processes may compile at the same time."""
+    """Copy a finished file into the cache atomically: several processes may compile at the same time."""
     try:
         library.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=library.parent, delete=False) as staged:
-            staged.write(built.read_bytes())
-        os.replace(staged.name, library)
+        with written_atomically(library) as stream:
+            stream.write(built.read_bytes())
     except OSError as error:
         raise RelformError(
             f"{library}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to another folder"
