@@ -1,4 +1,4 @@
-"""Two nodes whose every word is known, for the tests of the ros2 command: run as a program of its own."""
+"""Two nodes with known messages, for tests of the ros2 command. Run it as a program."""
 
 from contextlib import suppress
 from typing import Any

@@ -1,4 +1,4 @@
-"""Messages to text and back, for every kind of field that messages can have."""
+"""Messages to text and back, for every kind of field of a message."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -69,7 +69,7 @@ def equal(one: Any, other: Any) -> bool:
     return type(one) is type(other) and len(one) == len(other) and all(map(equal, one, other))
 
 
-def test_all_kinds_of_fields_are_among_them() -> None:
+def test_types_have_all_kinds_of_fields() -> None:
     kinds = {type(type_).__name__ for message_type in TYPES for _, type_ in field_types(message_type)}
     items = {
         type(type_.value_type).__name__
@@ -86,7 +86,7 @@ def test_all_kinds_of_fields_are_among_them() -> None:
 
 @given(st.data())
 @settings(max_examples=300)
-def test_yaml_and_back(data: st.DataObject) -> None:
+def test_yaml_is_read_back_as_the_same_message(data: st.DataObject) -> None:
     message = data.draw(st.sampled_from(TYPES).flatmap(messages))
     text = to_yaml(message)
     assert repr(yaml.safe_load(text)) == repr(to_plain(message))
@@ -105,7 +105,7 @@ def test_yaml_and_back(data: st.DataObject) -> None:
         ("std_msgs/msg/ByteMultiArray", "data: [1, 255]", ",0,b'\\x01',b'\\xff'"),
     ],
 )
-def test_csv_has_a_comma_even_after_a_first_value_that_is_empty(type_name: str, text: str, csv: str) -> None:
+def test_csv_keeps_the_comma_of_an_empty_first_value(type_name: str, text: str, csv: str) -> None:
     message, _ = message_from_yaml(message_class(type_name), text)
     assert to_csv(message) == csv
 
@@ -138,7 +138,7 @@ def test_styles() -> None:
     assert to_yaml(message_class("std_msgs/msg/Empty")()) == "{}\n"
 
 
-def test_defaults_stay_where_nothing_is_given() -> None:
+def test_fields_that_are_not_given_keep_their_defaults() -> None:
     message, _ = message_from_yaml(message_class("test_msgs/msg/Defaults"), "{int8_value: -7}")
     assert (message.int8_value, message.int16_value, message.bool_value) == (-7, -1000, True)
 
@@ -169,7 +169,7 @@ def test_times_of_sending() -> None:
         ("std_msgs/msg/UInt8MultiArray", "data: !!binary AAH/", "data", [0, 1, 255]),
     ],
 )
-def test_lenient(type_name: str, text: str, field: str, value: Any) -> None:
+def test_accepts_values_that_convert(type_name: str, text: str, field: str, value: Any) -> None:
     message, _ = message_from_yaml(message_class(type_name), text)
     found = getattr(message, field)
     assert (list(found) if isinstance(value, list) else found) == value
@@ -217,7 +217,7 @@ def test_lenient(type_name: str, text: str, field: str, value: Any) -> None:
         ),
     ],
 )
-def test_what_does_not_fit(type_name: str, text: str, reason: str) -> None:
+def test_reports_values_that_do_not_fit(type_name: str, text: str, reason: str) -> None:
     with pytest.raises(CommandError) as caught:
         message_from_yaml(message_class(type_name), text)
     assert str(caught.value).startswith("Failed to populate field: ")
@@ -237,7 +237,7 @@ def test_what_does_not_fit(type_name: str, text: str, reason: str) -> None:
         ("", "The passed value needs to be a dictionary in YAML format"),
     ],
 )
-def test_what_is_not_yaml(text: str, message: str) -> None:
+def test_reports_text_that_is_not_yaml(text: str, message: str) -> None:
     with pytest.raises(CommandError) as caught:
         message_from_yaml(message_class("std_msgs/msg/Int8"), text)
     assert str(caught.value) == message

@@ -1,4 +1,4 @@
-"""What `ros2 param set` and `load` make of their input."""
+"""The values that `ros2 param set` and `load` read from text and files."""
 
 from pathlib import Path
 from typing import Any
@@ -59,7 +59,7 @@ def test_file(tmp_path: Path) -> None:
         (b"/alpha/talker: {ros__parameters: 5}", " is not '<node>: {ros__parameters: {...}}'"),
     ],
 )
-def test_file_that_is_none(tmp_path: Path, content: bytes, reason: str) -> None:
+def test_reports_files_that_hold_no_parameters(tmp_path: Path, content: bytes, reason: str) -> None:
     path = tmp_path / "parameters.yaml"
     path.write_bytes(content)
     with pytest.raises(CommandError) as caught:

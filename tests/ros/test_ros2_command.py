@@ -1,9 +1,10 @@
-"""The ros2 command and live nodes: what docs/ros2_command.md shows, bad input, signals."""
+"""The ros2 command on live nodes: the examples of docs/ros2_command.md, bad input, signals."""
 
 import os
 import re
 import signal
 import subprocess
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,7 +19,7 @@ PROMPT = "$ "
 
 
 def shown() -> list[list[tuple[str, str]]]:
-    """The commands of each block of docs/ros2_command.md, with what it says that they print."""
+    """The commands of each block of docs/ros2_command.md, with the output that it shows."""
     text = (WORKSPACE / "docs/ros2_command.md").read_text()
     blocks = re.findall(r"^```console\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     return [
@@ -118,7 +119,11 @@ BAD_INPUT = [
     ("interface package nope", 1, "Unknown package 'nope'"),
     ("pkg prefix nope", 1, "Package not found"),
     ("pkg executables nope", 1, "Package 'nope' not found"),
-    ("topic list --spin-time nan", 2, "ros2 topic list: argument --spin-time: nan must not be below 0, and"),
+    (
+        "topic list --spin-time nan",
+        2,
+        "ros2 topic list: argument --spin-time: nan must be finite",
+    ),
     ("topic pub -n 'a b' /beta std_msgs/msg/String", 1, "Invalid node name: node name must not contain"),
     ('run --prefix "\'" relform_sim clock', 1, "--prefix ': No closing quotation"),
     ("pkg list >/dev/full", 1, "[Errno 28] No space left on device"),
@@ -130,14 +135,14 @@ BAD_INPUT = [
 
 @pytest.fixture(scope="module")
 def answers(live_nodes: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Answer]:
-    """To what the docs show, and to bad input."""
+    """Answers to the commands that the docs show, and to bad input."""
     listing, *blocks = [[all_output_of(command) for command, _ in steps] for steps in SHOWN]
     others = [[f"ros2 {command}"] for command, _, _ in BAD_INPUT]
     for block in blocks:
         in_turn = any(" param set " in command for command in block)
         others[:0] = [block] if in_turn else [[command] for command in block]
     folder = tmp_path_factory.mktemp("shell")
-    # By itself, lest it lists what the others publish and subscribe to.
+    # Alone, because the other commands publish and subscribe as well.
     return ask_all([listing], live_nodes, folder) | ask_all(others, live_nodes, folder)
 
 
@@ -154,7 +159,9 @@ def test_prints_what_the_docs_show(answers: dict[str, Answer], command: str, exp
 
 
 @pytest.mark.parametrize(("command", "code", "line"), BAD_INPUT, ids=[command for command, *_ in BAD_INPUT])
-def test_bad_input_is_one_line(answers: dict[str, Answer], command: str, code: int, line: str) -> None:
+def test_reports_bad_input_in_one_line(
+    answers: dict[str, Answer], command: str, code: int, line: str
+) -> None:
     answer = answers[f"ros2 {command}"]
     assert answer.stderr.startswith(line), answer.stderr
     assert answer.stderr.count("\n") == (1 if line else 0)
@@ -162,7 +169,7 @@ def test_bad_input_is_one_line(answers: dict[str, Answer], command: str, code: i
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signals_end_it_quietly(live_nodes: dict[str, str], number: signal.Signals) -> None:
+def test_signals_end_verbs_without_output(live_nodes: dict[str, str], number: signal.Signals) -> None:
     commands = (
         "topic echo /alpha/chatter",
         "topic hz /alpha/pose",
@@ -230,14 +237,21 @@ def test_pub_waits_for_the_first_clock(live_nodes: dict[str, str], tmp_path: Pat
     assert (answer.stderr, answer.code) == ("", 0)
 
 
-def test_pub_without_a_clock_says_so(live_nodes: dict[str, str], tmp_path: Path) -> None:
+def test_pub_reports_a_missing_clock(live_nodes: dict[str, str], tmp_path: Path) -> None:
     answer = ask(PUBLISH_NOW, live_nodes, tmp_path)
     assert "std_msgs.msg.Header(stamp=builtin_interfaces.msg.Time(sec=0, nanosec=0)" in answer.stdout
     assert answer.stderr == "No time on /clock within 5 s: stamps are 0 until it arrives\n"
     assert answer.code == 0
 
 
-def test_run_passes_signals_on(live_nodes: dict[str, str], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "send"),
+    [(signal.SIGTERM, os.kill), (signal.SIGINT, os.killpg)],
+    ids=["SIGTERM to ros2 run", "SIGINT to its group, as Ctrl-C"],
+)
+def test_run_ends_with_its_executable(
+    live_nodes: dict[str, str], tmp_path: Path, number: signal.Signals, send: Callable[[int, int], None]
+) -> None:
     scenario = WORKSPACE / "config/scenarios/paper.yaml"
     process = subprocess.Popen(
         ["ros2", "run", "relform_sim", "quadrotor"]
@@ -246,15 +260,24 @@ def test_run_passes_signals_on(live_nodes: dict[str, str], tmp_path: Path) -> No
         start_new_session=True,
     )
     wait_until(lambda: "/follower_1/quadrotor\n" in ask("ros2 node list", live_nodes, tmp_path).stdout)
-    process.send_signal(signal.SIGTERM)
+    send(process.pid, number)
     assert process.wait(30) == EXIT_INTERRUPTED  # of the node
     with pytest.raises(ProcessLookupError):
-        os.killpg(process.pid, 0)  # nobody is left
+        os.killpg(process.pid, 0)  # the node has ended as well
 
 
-def test_a_type_that_is_not_installed(live_nodes: dict[str, str], tmp_path: Path) -> None:
+def test_run_passes_arguments_and_the_exit_code(live_nodes: dict[str, str], tmp_path: Path) -> None:
+    answer = ask("ros2 run relform_analysis sweep --nonsense", live_nodes, tmp_path)
+    assert answer.stderr.startswith("error: ")
+    assert (answer.stdout, answer.code) == ("[ros2run]: Process exited with failure 2\n", 2)
+    answer = ask("ros2 run relform_bringup fly --help", live_nodes, tmp_path)
+    assert answer.stdout.startswith("usage: fly ")
+    assert (answer.stderr, answer.code) == ("", 0)
+
+
+def test_echo_of_a_type_that_is_not_installed(live_nodes: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "test_msgs").mkdir()
-    (tmp_path / "test_msgs/__init__.py").touch()  # is found before the real one
+    (tmp_path / "test_msgs/__init__.py").touch()  # hides the installed package
     environment = live_nodes | {"PYTHONPATH": str(tmp_path)}
     answer = ask("ros2 topic echo --once /alpha/lists", environment, tmp_path)
     reason = "The message type 'test_msgs/msg/UnboundedSequences' is invalid: it is not installed here\n"

@@ -1,4 +1,4 @@
-"""Completions of the ros2 command in bash, as Tab asks for them."""
+"""Completions of the ros2 command in bash, requested as Tab does."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ from support.ros2_command import Answer, ask_all
 WORKSPACE = Path(__file__).parents[2]
 SCRIPT = WORKSPACE / ".venv/ros2-completion.sh"
 
-# What stands on the line, and what Tab offers for its last word.
+# Words on the line, and the completions of the last one.
 CASES = {
     "to": ["topic"],
     "param d": ["delete", "describe", "dump"],
@@ -33,12 +33,14 @@ CASES = {
     "interface package relform_m": ["relform_msgs"],
     "pkg executables relform_ba": ["relform_bags"],
     "run relform_sim ": ["clock", "quadrotor"],
+    "run relform_bringup f": ["fly"],
+    "run relform_analysis sw": ["sweep"],
     "topic echo /nope/": [],
 }
 
 
 def tab(line: str) -> str:
-    """A command of bash that prints what Tab would offer, without the space after a whole word."""
+    """A command of bash that prints the completions, without the space after a whole word."""
     words = ["ros2", *line.split(" ")]
     typed = f"COMP_LINE='ros2 {line}' COMP_POINT={len(line) + 5} COMP_TYPE=9"
     in_words = f"COMP_WORDS=({' '.join(words)}) COMP_CWORD={len(words) - 1}"
@@ -54,7 +56,7 @@ def answers(live_nodes: dict[str, str], tmp_path_factory: pytest.TempPathFactory
 
 
 @pytest.mark.parametrize("line", CASES)
-def test_tab(answers: dict[str, Answer], line: str) -> None:
+def test_completion(answers: dict[str, Answer], line: str) -> None:
     answer = answers[tab(line)]
     assert sorted(answer.stdout.split()) == CASES[line]
     assert answer.stderr == ""
@@ -64,7 +66,7 @@ def test_tab(answers: dict[str, Answer], line: str) -> None:
     ("shell", "before", "ask_shell"),
     [("bash", "", "complete -p ros2"), ("zsh", "autoload -U compinit; compinit -D", "echo $_comps[ros2]")],
 )
-def test_sourcing_the_workspace_turns_them_on(shell: str, before: str, ask_shell: str) -> None:
+def test_sourcing_the_workspace_turns_completions_on(shell: str, before: str, ask_shell: str) -> None:
     if shutil.which(shell, path="/usr/bin:/bin") is None:
         pytest.skip(f"no {shell} on this machine")
     script = f'{before}\n. "$1/install/setup.{shell}"\n{ask_shell}; command -v ros2'

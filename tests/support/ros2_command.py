@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 N_AT_ONCE = 10
-"""They wait more than they work."""
+"""Commands that run in parallel; most of their time they wait."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Answer:
 
 
 def ask(command: str, environment: Mapping[str, str], folder: Path) -> Answer:
-    """Run a command line of bash, for a minute at most."""
+    """Run a command line of bash for at most a minute."""
     done = subprocess.run(
         ["bash", "-c", command],
         env=environment,
@@ -32,7 +32,7 @@ def ask(command: str, environment: Mapping[str, str], folder: Path) -> Answer:
 
 
 def without_middleware(text: str) -> str:
-    """On a busy machine it has something to say, too."""
+    """The text without the warnings of the middleware, which occur on a busy machine."""
     return "".join(line for line in text.splitlines(keepends=True) if "RTPS_" not in line)
 
 

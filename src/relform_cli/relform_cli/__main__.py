@@ -1,4 +1,4 @@
-"""``python -m relform_cli``: what the ``ros2`` of the environment runs."""
+"""``python -m relform_cli``: the ``ros2`` command of this environment."""
 
 import faulthandler
 import importlib
@@ -22,7 +22,7 @@ def build_parser(words: list[str]) -> OneLineParser:
     parser.add_argument(
         "--use-python-default-buffering",
         action="store_true",
-        help="leave the buffering of stdout to Python, rather than writing each line at once",
+        help="leave the buffering of stdout to Python instead of flushing each line",
     )
     parser.set_defaults(run=lambda _: parser.print_help())
     selected = next((word for word in words if not word.startswith("-")), None)
@@ -36,7 +36,7 @@ def build_parser(words: list[str]) -> OneLineParser:
 
 
 def command_line_to_complete() -> list[str] | None:
-    """What stands on the shell's line after "ros2", when it asks for completions."""
+    """The words after ``ros2`` on the shell's line when the shell asks for completions, else None."""
     if "_ARGCOMPLETE" not in os.environ:
         return None
     _, _, _, words, _ = split_line(os.environ["COMP_LINE"], int(os.environ["COMP_POINT"]))
@@ -48,12 +48,12 @@ def terminate(*_: object) -> NoReturn:
 
 
 def leave_in_time() -> None:
-    """End this process, with exit code 1, if it does not end by itself.
+    """End this process with exit code 1 if it still runs after ``LEAVE_MAX_S``.
 
-    Fast DDS 2.14 may wait for ever, deaf to signals, when nodes that it knows leave at the same time.
+    Fast DDS 2.14 can block forever, and ignore signals, when several nodes leave at the same time.
     """
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    faulthandler.dump_traceback_later(LEAVE_MAX_S, exit=True, file=nowhere)
+    devnull = os.open(os.devnull, os.O_WRONLY)
+    faulthandler.dump_traceback_later(LEAVE_MAX_S, exit=True, file=devnull)
 
 
 def main() -> int:
@@ -70,7 +70,7 @@ def main() -> int:
     except KeyboardInterrupt:
         leave_in_time()
         return signal.SIGINT
-    except BrokenPipeError:  # the reader, such as head, has seen enough
+    except BrokenPipeError:  # a reader such as head closed the pipe
         leave_in_time()
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1

@@ -1,4 +1,4 @@
-"""Numbers on the command line, within their bounds."""
+"""Types of numbers on the command line, with their bounds."""
 
 import math
 from argparse import ArgumentTypeError
@@ -14,7 +14,7 @@ def positive_float(text: str) -> float:
 def non_negative_float(text: str) -> float:
     value = float(text)
     if not 0.0 <= value < math.inf:
-        raise ArgumentTypeError(f"{text} must not be below 0, and finite")
+        raise ArgumentTypeError(f"{text} must be finite and not below 0")
     return value
 
 

@@ -1,9 +1,9 @@
-"""The commands that there are, and how a command is made of verbs.
+"""Commands and their verbs.
 
-A command is a module with a docstring, whose first line is its help, and a function
-``add_arguments(parser)``. With ``parser.set_defaults(run=...)`` this says what runs: a function from the
-parsed arguments to the exit code, or to None for success; it may raise RuntimeError with one line for the
-user. A package adds the command NAME by an entry point in its setup.py::
+A command is a module with a function ``add_arguments(parser)``; the first line of its docstring is the help.
+The function calls ``parser.set_defaults(run=...)``. ``run`` takes the parsed arguments and returns the exit
+code, or None for success; it may raise RuntimeError with one line for the user. A package adds the command
+NAME by an entry point in its setup.py::
 
     entry_points={"relform_cli.commands": ["NAME = package.module"]}
 """
@@ -26,21 +26,21 @@ Run = Callable[[Namespace], int | None]
 
 
 class OneLineParser(ArgumentParser):
-    """Answers wrong arguments with one line, without the usage; the exit code is 2 as ever."""
+    """Reports wrong arguments in one line, without the usage, and exits with 2."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 
 class VerbParsers:
-    """The verbs of a command; without one, the command prints its help."""
+    """The verbs of a command. Without a verb the command prints its help."""
 
     def __init__(self, parser: ArgumentParser) -> None:
         self._parsers = parser.add_subparsers(title="verbs", metavar="verb")
         parser.set_defaults(run=lambda _: parser.print_help())
 
     def add(self, name: str, run: Run) -> ArgumentParser:
-        """A verb that runs a function; the first line of its docstring is the help."""
+        """Add a verb that runs a function; the first line of the function's docstring is the help."""
         description = first_line(run.__doc__)
         parser = self._parsers.add_parser(name, help=description, description=description)
         parser.set_defaults(run=run)
@@ -61,7 +61,7 @@ def command_modules() -> dict[str, str]:
 
 
 def description_of(module: str) -> str:
-    """What its docstring says, without importing it: that may take long."""
+    """The first line of a module's docstring, read from its source: an import may take long."""
     specification = importlib.util.find_spec(module)
     if specification is None or specification.origin is None:
         return ""

@@ -1,4 +1,4 @@
-"""A node that looks at the ROS graph, without a daemon: it waits until what it sees no longer changes."""
+"""The node of a verb, and the names that it finds in the ROS graph."""
 
 import os
 import signal
@@ -29,36 +29,36 @@ NamesAndTypes = list[tuple[str, list[str]]]
 
 
 def add_graph_arguments(parser: ArgumentParser) -> None:
-    """The options of verbs for which others use a daemon."""
+    """Add the options of verbs that use a daemon in ros2cli."""
     add_spin_arguments(parser)
     parser.add_argument("--no-daemon", action="store_true", help="accepted; there is no daemon")
 
 
 def add_spin_arguments(parser: ArgumentParser) -> None:
-    """The options of every verb that has a node."""
+    """Add the options of every verb that has a node."""
     parser.add_argument(
         "--spin-time",
         type=non_negative_float,
         metavar="SECONDS",
-        help=f"wait so long for discovery (default: until nothing changes, at most {LONGEST_S:g} s)",
+        help=f"wait this long for discovery (default: until the graph is complete, about {LONGEST_S:g} s)",
     )
     parser.add_argument("-s", "--use-sim-time", action="store_true", help="use the time of /clock")
 
 
 @contextmanager
 def graph_node(arguments: Namespace, name: str | None = None) -> Iterator[Node]:
-    """A node for as long as a verb runs, hidden unless it has a name of its own.
+    """A node for the time that a verb runs, hidden unless it has a name of its own.
 
     Raises:
-        CommandError: a name given to ROS inside cannot be one.
+        CommandError: a name that is passed to ROS inside is invalid.
     """
-    # Python's own handlers: signals surface as exceptions here, rather than as a context that is shut down.
+    # With Python's own handlers signals raise exceptions here; those of rclpy shut the context down.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     # A shell starts background jobs of scripts with SIGINT ignored, and Python leaves it so.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     name = name or f"{HIDDEN_NODE_PREFIX}ros2cli_{os.getpid()}"
     try:
-        validate_node_name(name)  # create_node would warn of more than that
+        validate_node_name(name)  # create_node would print a second warning
         yield rclpy.create_node(
             name,
             start_parameter_services=False,
@@ -75,12 +75,12 @@ def graph_node(arguments: Namespace, name: str | None = None) -> Iterator[Node]:
 
 
 def spin(node: Node, is_done: Callable[[], bool]) -> None:
-    """Run the node's callbacks until something is done, asked after each of them and ten times a second.
+    """Run the node's callbacks until ``is_done``, which is called after each of them and every 0.1 s.
 
-    The callbacks should only take note of things, and ``is_done`` do the work: what a callback raises, the
-    executor reports with a traceback.
+    Callbacks should only store what they receive, and ``is_done`` do the work: the executor reports what a
+    callback raises with a traceback.
     """
-    executor = EventsExecutor()  # its spin() in the wheels of Jazzy ignores signals
+    executor = EventsExecutor()  # its spin() ignores signals in the wheels of Jazzy
     executor.add_node(node)
     while not is_done():
         with deferred_signals():
@@ -89,7 +89,7 @@ def spin(node: Node, is_done: Callable[[], bool]) -> None:
 
 @contextmanager
 def deferred_signals() -> Iterator[None]:
-    """Let SIGINT and SIGTERM raise at the end, rather than inside."""
+    """Delay SIGINT and SIGTERM to the end of the block."""
     arrived: list[int] = []
 
     def note(number: int, _: object) -> None:
@@ -135,14 +135,16 @@ def node_names(node: Node, include_hidden: bool) -> list[str]:
 
 
 def full_topic_name(node: Node, name: str) -> str:
-    """The name as it stands in the graph.
+    """The full name of a topic, as in the graph.
 
     Raises:
-        CommandError: it cannot be the name of a topic.
+        CommandError: the name is not valid for a topic.
     """
     try:
         full_name = expand_topic_name(name, node.get_name(), node.get_namespace())
     except ValueError as error:
-        raise CommandError(str(error).partition(", at ")[0]) from None  # where in the source of rcl
+        raise CommandError(
+            str(error).partition(", at ")[0]
+        ) from None  # without the position in the source of rcl
     validate_full_topic_name(full_name)
     return full_name

@@ -1,4 +1,4 @@
-"""Interface types by name: their classes, their definitions and which there are."""
+"""Interface types by name: classes, definitions and lists."""
 
 import importlib
 from pathlib import Path
@@ -17,7 +17,7 @@ def message_class(name: str) -> Any:
     """The class of a message type such as "std_msgs/msg/String" or "std_msgs/String".
 
     Raises:
-        CommandError: there is none.
+        CommandError: no such type.
     """
     return _interface_class(name, "msg", "message", ("SLOT_TYPES",))
 
@@ -26,7 +26,7 @@ def service_class(name: str) -> Any:
     """The class of a service type such as "std_srvs/srv/Trigger" or "std_srvs/Trigger".
 
     Raises:
-        CommandError: there is none.
+        CommandError: no such type.
     """
     return _interface_class(name, "srv", "service", ("Request", "Response"))
 
@@ -52,7 +52,7 @@ def interface_packages() -> list[str]:
 
 
 def interfaces(package: str, *kinds: str) -> list[str]:
-    """The types of a package, such as "msg/String", sorted; of all kinds where none is given.
+    """The types of a package, such as "msg/String", sorted; of all kinds if none is given.
 
     Raises:
         CommandError: no such package.
@@ -62,7 +62,7 @@ def interfaces(package: str, *kinds: str) -> list[str]:
     if not has_resource(_INDEX, package):
         return []
     files = map(Path, get_resource(_INDEX, package)[0].splitlines())
-    # With an underscore in their names: parts that services and actions generate.
+    # Names with an underscore are parts that services and actions generate.
     names = {path.with_suffix("") for path in files if "_" not in path.name}
     return sorted(str(name) for name in names if name.parent.name in (kinds or KINDS))
 
@@ -76,7 +76,7 @@ def definition(name: str) -> Path:
     """The file that defines an interface.
 
     Raises:
-        CommandError: there is none.
+        CommandError: no such type.
     """
     if name.count("/") != 2 or not all(name.split("/")) or ".." in name:
         raise CommandError(f"Invalid name '{name}'. Expected three parts separated by '/'")

@@ -1,4 +1,4 @@
-"""Messages from YAML: `topic pub` and `service call` fill a message with it."""
+"""Messages from YAML, for `topic pub` and `service call`."""
 
 import importlib
 import math
@@ -23,13 +23,13 @@ FLOAT32_MAX = (2.0 - 2.0**-23) * 2.0**127
 
 
 def message_from_yaml(message_type: Any, text: str) -> tuple[Any, list[Any]]:
-    """A message with the given fields, and those of its times that shall be the time of sending.
+    """A message with the given fields, and those of its times that are to be the time of sending.
 
-    These are the fields of type builtin_interfaces/msg/Time whose value is "now", and the stamps of headers
-    whose value is "auto".
+    The latter are fields of type builtin_interfaces/msg/Time with the value "now", and stamps of headers with
+    the value "auto".
 
     Raises:
-        CommandError: not YAML, or something in it does not fit into the message.
+        CommandError: the text is not YAML, or a value does not fit into the message.
     """
     try:
         values = yaml.safe_load(text)
@@ -42,7 +42,7 @@ def message_from_yaml(message_type: Any, text: str) -> tuple[Any, list[Any]]:
 
 
 class _Filler:
-    """Converts values to what the fields of a message take. Each ``where`` is the dotted name of a field."""
+    """Converts values to the types of a message's fields. Each ``where`` is the dotted name of a field."""
 
     def __init__(self) -> None:
         self.times: list[Any] = []
@@ -77,7 +77,7 @@ class _Filler:
                 return _string(type_, value, where)
             case BasicType():
                 return _number(type_.typename, value, where)
-        raise AssertionError(f"rosidl has no further types: {type_}")
+        raise AssertionError(f"unknown type of rosidl: {type_}")
 
 
 def _failure(reason: str) -> CommandError:

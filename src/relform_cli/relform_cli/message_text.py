@@ -23,16 +23,16 @@ ELLIPSIS = "..."
 
 @dataclass(frozen=True)
 class TextStyle:
-    """What to leave out, and how to arrange the rest."""
+    """What of a message to print, and how."""
 
     truncate_length: int | None = None
-    """Items of an array and characters of a string; None for all."""
+    """Number of items of an array and of characters of a string to print; None for all."""
     no_arr: bool = False
-    """Tell of arrays only what they are."""
+    """Print only the type and length of arrays."""
     no_str: bool = False
-    """Tell of strings only how long they are."""
+    """Print only the length of strings."""
     flow_style: bool = False
-    """Put arrays on one line."""
+    """Print each array on one line."""
 
 
 def is_message(value: object) -> bool:
@@ -65,7 +65,7 @@ def to_plain(message: Any, style: TextStyle = TextStyle()) -> dict[str, Any]:
 
 def _plain_items(values: Any, style: TextStyle) -> list[Any]:
     shown = values[: style.truncate_length]
-    # Arrays of numbers know how to become a list of Python's numbers.
+    # Arrays of numbers convert themselves to lists.
     items = shown.tolist() if hasattr(shown, "tolist") else [_plain_item(value, style) for value in shown]
     return items if len(shown) == len(values) else [*items, ELLIPSIS]
 

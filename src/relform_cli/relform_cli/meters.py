@@ -1,4 +1,4 @@
-"""What `ros2 topic hz`, `bw` and `delay` measure over the last messages. Times are in nanoseconds."""
+"""The measurements of `ros2 topic hz`, `bw` and `delay` over the last messages. Times are in nanoseconds."""
 
 import math
 import sys
@@ -7,13 +7,13 @@ from typing import Protocol
 
 
 class Meter(Protocol):
-    """Is told of each message, and asked for a report about once a second."""
+    """Takes each message, and reports about once a second."""
 
     def take(self, now_ns: int, number: int) -> None:
-        """A message arrived; what the number is, each meter says."""
+        """Take a message that arrived; each meter defines the number."""
 
     def report(self, now_ns: int) -> str | None:
-        """Two lines, or None when there is nothing to tell."""
+        """Two lines, or None if there is nothing to report."""
 
 
 class RateMeter:

@@ -1,4 +1,4 @@
-"""Nodes: which there are, and what they publish, subscribe to and serve."""
+"""Nodes: list them, and show what they publish, subscribe to and serve."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -22,7 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     verb = verbs.add("list", list_nodes)
     add_graph_arguments(verb)
     verb.add_argument("-a", "--all", action="store_true", help="hidden nodes as well")
-    verb.add_argument("-c", "--count-nodes", action="store_true", help="show only how many there are")
+    verb.add_argument("-c", "--count-nodes", action="store_true", help="show only the number of nodes")
 
     verb = verbs.add("info", info)
     add_graph_arguments(verb)

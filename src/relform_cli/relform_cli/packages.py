@@ -14,19 +14,19 @@ def package_names() -> list[str]:
 
 
 def package_prefix(package: str) -> Path:
-    """Where a package is installed.
+    """The folder that a package is installed in.
 
     Raises:
-        CommandError: nowhere.
+        CommandError: the package is not installed.
     """
     try:
         return Path(get_package_prefix(package))
-    except (PackageNotFoundError, ValueError):  # of a name that cannot be one
+    except (PackageNotFoundError, ValueError):  # for names that are not valid
         raise CommandError(f"Package '{package}' not found") from None
 
 
 def executables(package: str) -> list[Path]:
-    """What `ros2 run` can run of a package, anywhere below its lib folder.
+    """The executables of a package: all below its lib folder.
 
     Raises:
         CommandError: no such package.

@@ -1,4 +1,4 @@
-"""Parameters of nodes."""
+"""Parameters of nodes: list, show, set, dump and load them."""
 
 import re
 import sys
@@ -36,13 +36,17 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_hidden_argument(verb)
     verb.add_argument("--filter", metavar="REGEX", help="only parameters that match")
     verb.add_argument(
-        "--param-prefixes", nargs="+", default=[], metavar="PREFIX", help="only parameters below these"
+        "--param-prefixes",
+        nargs="+",
+        default=[],
+        metavar="PREFIX",
+        help="only with these prefixes",
     )
-    verb.add_argument("--param-type", action="store_true", help="show the types, too")
+    verb.add_argument("--param-type", action="store_true", help="show the types as well")
 
     verb = add_verb_of_node(verbs, "get", get)
     add_parameter_argument(verb)
-    verb.add_argument("--hide-type", action="store_true", help="show nothing but the value")
+    verb.add_argument("--hide-type", action="store_true", help="show only the value")
 
     verb = add_verb_of_node(verbs, "set", set_parameter)
     add_parameter_argument(verb)
@@ -93,7 +97,7 @@ def remote_parameters(arguments: Namespace) -> Iterator[RemoteParameters]:
     """The parameters of the node that the arguments name.
 
     Raises:
-        CommandError: it is not there.
+        CommandError: the node is not found.
     """
     name = absolute(arguments.node_name)
     with graph_node(arguments) as node:
@@ -119,7 +123,7 @@ def absolute(node_name: str) -> str:
 
 
 def list_parameters(arguments: Namespace) -> None:
-    """List the parameters of a node, or of all."""
+    """List the parameters of a node, or of all nodes."""
     try:
         pattern = re.compile(arguments.filter or "")
     except re.error as error:
@@ -181,7 +185,7 @@ def set_parameter(arguments: Namespace) -> None:
 
 
 def delete(arguments: Namespace) -> None:
-    """Delete a parameter, which the node must allow."""
+    """Delete a parameter, if the node allows it."""
     nothing = ParameterValue(type=ParameterType.PARAMETER_NOT_SET)
     with remote_parameters(arguments) as parameters:
         (result,) = parameters.set([Parameter(name=arguments.parameter_name, value=nothing)])
@@ -211,7 +215,7 @@ def dump(arguments: Namespace) -> None:
 
 
 def load(arguments: Namespace) -> None:
-    """Set the parameters that a file holds."""
+    """Set the parameters of a file."""
     to_set = parameters_from_file(arguments.parameter_file, not arguments.no_use_wildcard)
     with remote_parameters(arguments) as parameters:
         results = parameters.set(to_set)

@@ -1,4 +1,4 @@
-"""Asking a node for its parameters and setting them."""
+"""Get and set the parameters of another node; parameters in files."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -23,12 +23,12 @@ from relform_cli.errors import CommandError, yaml_problem
 from relform_cli.graph import spin
 
 WILDCARD = "/**"
-"""What a file of parameters says of all nodes."""
+"""The name of all nodes in a file of parameters."""
 
 PATIENCE_S = 5.0
-"""So long a node may take to answer."""
+"""How long to wait for the answer of a node."""
 
-# What `param describe` and `param get` call the types.
+# The names of the types in `param describe` and in `param get`.
 TYPE_NAMES = {
     ParameterType.PARAMETER_NOT_SET: ("not set", "Parameter not set."),
     ParameterType.PARAMETER_BOOL: ("boolean", "Boolean value is:"),
@@ -44,7 +44,7 @@ TYPE_NAMES = {
 
 
 class RemoteParameters:
-    """The parameters of another node. All methods raise CommandError when it does not answer in time."""
+    """The parameters of another node. All methods raise CommandError if it does not answer in time."""
 
     def __init__(self, node: Node, node_name: str) -> None:
         self._node = node
@@ -59,11 +59,11 @@ class RemoteParameters:
             time.sleep(POLL_PERIOD_S)
 
     def names(self, prefixes: Sequence[str] = ()) -> list[str]:
-        """Sorted."""
+        """The names of the parameters, sorted."""
         return sorted(self._answer(self._client.list_parameters(list(prefixes))).result.names)
 
     def values(self, names: Sequence[str]) -> list[ParameterValue]:
-        """Fewer than the names where the node refuses to tell."""
+        """The values of parameters; fewer than the names if the node refuses some."""
         return list(self._answer(self._client.get_parameters(list(names))).values)
 
     def descriptors(self, names: Sequence[str]) -> list[ParameterDescriptor]:
@@ -81,10 +81,10 @@ class RemoteParameters:
 
 
 def value_from_text(text: str) -> ParameterValue:
-    """The value that a text means in YAML: a string, if nothing else.
+    """The value of a text in YAML; what no parameter can hold is a string.
 
     Raises:
-        CommandError: it is not YAML, or an integer that no parameter holds.
+        CommandError: the text is not YAML, or an integer of more than 64 bits.
     """
     try:
         value = get_parameter_value(text)
@@ -100,12 +100,12 @@ def value_from_text(text: str) -> ParameterValue:
 
 
 def parameters_from_file(path: str, use_wildcard: bool) -> list[Parameter]:
-    """The parameters of all nodes in a YAML file but null ones; those of /** count less than others.
+    """The parameters of all nodes in a YAML file, without null values; named nodes override ``/**``.
 
-    rclpy can read such files as well, but takes the string "1" for a number and fails at "a: b".
+    rclpy reads such files as well, but takes the string "1" for a number and fails at "a: b".
 
     Raises:
-        CommandError: it cannot be read, or is not a file of parameters.
+        CommandError: the file cannot be read, is not a file of parameters, or has none to load.
     """
     try:
         nodes = yaml.safe_load(Path(path).read_text())

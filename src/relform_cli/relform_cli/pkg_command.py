@@ -1,4 +1,4 @@
-"""Installed packages, their executables and where they are."""
+"""Installed packages, their executables and their folders."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -13,9 +13,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     verbs.add("list", list_packages)
 
     verb = verbs.add("executables", list_executables)
-    completed_by(
-        complete_package, verb.add_argument("package_name", nargs="?", help="of all packages without it")
-    )
+    completed_by(complete_package, verb.add_argument("package_name", nargs="?", help="default: all packages"))
     verb.add_argument("--full-path", action="store_true", help="show the path of each executable")
 
     verb = verbs.add("prefix", print_prefix)

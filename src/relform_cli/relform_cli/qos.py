@@ -1,4 +1,4 @@
-"""The --qos-* options, and what they make."""
+"""The --qos-* options, and the profiles that they make."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -22,7 +22,7 @@ POLICIES = {
 }
 
 DEPTH_OF_LISTENERS = 1000
-"""A second of messages at 1000 Hz: so long may the terminal be busy before messages are lost."""
+"""One second of messages at 1000 Hz, so that a busy terminal does not lose messages."""
 
 
 def add_qos_arguments(parser: ArgumentParser, preset: str) -> None:
@@ -42,7 +42,7 @@ def add_qos_arguments(parser: ArgumentParser, preset: str) -> None:
 
 
 def qos_profile(arguments: Namespace) -> QoSProfile:
-    """What the options say."""
+    """The profile of the options."""
     profile: QoSProfile = QoSPresetProfiles.get_from_short_key(arguments.qos_profile)
     for name, policy in POLICIES.items():
         if key := getattr(arguments, f"qos_{name}"):
@@ -57,7 +57,7 @@ def qos_profile(arguments: Namespace) -> QoSProfile:
 
 
 def listener_profile(node: Node, topic: str, arguments: Namespace) -> QoSProfile:
-    """What the options say or, where they are silent, what connects to all publishers that there are."""
+    """The profile of the options; without options, a profile that connects to all publishers."""
     profile = qos_profile(arguments)
     options = {name: value for name, value in vars(arguments).items() if name.startswith("qos_")}
     if all(value is None for name, value in options.items() if name != "qos_profile"):
@@ -73,7 +73,7 @@ def listener_profile(node: Node, topic: str, arguments: Namespace) -> QoSProfile
                 QoSDurabilityPolicy.TRANSIENT_LOCAL,
                 QoSDurabilityPolicy.VOLATILE,
             )
-    # A deep queue would ask latched topics for more messages.
+    # On latched topics a deep queue would request more old messages.
     if arguments.qos_depth is None and profile.durability == QoSDurabilityPolicy.VOLATILE:
         profile.depth = max(profile.depth, DEPTH_OF_LISTENERS)
     return profile
@@ -82,7 +82,7 @@ def listener_profile(node: Node, topic: str, arguments: Namespace) -> QoSProfile
 def common_policy(
     offered: list[QoSPolicyEnum], strict: QoSPolicyEnum, lenient: QoSPolicyEnum
 ) -> QoSPolicyEnum:
-    """The strict policy if all offer it, else the lenient one, which connects to everybody."""
+    """The strict policy if all publishers offer it, else the lenient one, which connects to all."""
     n_strict = offered.count(strict)
     if n_strict == len(offered):
         return strict

@@ -42,7 +42,7 @@ def find(package: str, name: str) -> Path:
     """The executable with a name.
 
     Raises:
-        CommandError: it is not there, or there are several.
+        CommandError: no executable has the name, or several have it.
     """
     paths = [path for path in executables(package) if path.name == name]
     if not paths:
@@ -53,7 +53,7 @@ def find(package: str, name: str) -> Path:
 
 
 def wait(process: subprocess.Popen[bytes]) -> int:
-    """The exit code, when the process has ended by itself: the terminal sends Ctrl-C to it as well."""
+    """Wait until the process ends and return its exit code; Ctrl-C reaches the process from the terminal."""
     while True:
         try:
             return process.wait()

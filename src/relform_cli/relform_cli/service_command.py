@@ -1,4 +1,4 @@
-"""Services: which there are, of what type, and calls."""
+"""Services: list them, show their types, call them."""
 
 import sys
 import time
@@ -25,7 +25,7 @@ from relform_cli.message_fields import message_from_yaml
 from relform_cli.message_text import to_yaml
 
 PATIENCE_S = 1.0
-"""After this time without the service, the user is told."""
+"""After this time without the service, a line says so."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -34,8 +34,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
     verb = verbs.add("list", list_services)
     add_graph_arguments(verb)
-    verb.add_argument("-t", "--show-types", action="store_true", help="show the types, too")
-    verb.add_argument("-c", "--count-services", action="store_true", help="show only how many there are")
+    verb.add_argument("-t", "--show-types", action="store_true", help="show the types as well")
+    verb.add_argument("-c", "--count-services", action="store_true", help="show only the number of services")
     add_hidden_argument(verb)
 
     verb = verbs.add("type", print_type)
@@ -45,7 +45,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     verb = verbs.add("find", find)
     add_graph_arguments(verb)
     completed_by(complete_type, verb.add_argument("service_type", help="such as std_srvs/srv/Trigger"))
-    verb.add_argument("-c", "--count-services", action="store_true", help="show only how many there are")
+    verb.add_argument("-c", "--count-services", action="store_true", help="show only the number of services")
     add_hidden_argument(verb)
 
     verb = verbs.add("call", call)
@@ -59,7 +59,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         values.add_argument("values", nargs="?", default="{}", help='YAML, such as "{data: true}"'),
     )
     values.add_argument("--stdin", action="store_true", help="read the values from stdin")
-    verb.add_argument("-r", "--rate", type=float, metavar="HZ", help="call again and again")
+    verb.add_argument("-r", "--rate", type=float, metavar="HZ", help="call repeatedly at this rate")
 
 
 def add_hidden_argument(parser: ArgumentParser, default: Any = SUPPRESS) -> None:
@@ -82,7 +82,7 @@ def complete_type(**_: object) -> list[str]:
 
 
 def complete_type_of_service(parsed_args: Namespace, **_: object) -> list[str]:
-    """The types of the service that stands before; all, where it has none."""
+    """The types of the service named before; all types if it has none."""
     with glanced_at(parsed_args) as node:
         return dict(services(node, include_hidden=True)).get(parsed_args.service_name) or complete_type()
 
@@ -131,7 +131,7 @@ def find(arguments: Namespace) -> None:
 
 
 def call(arguments: Namespace) -> None:
-    """Call a service once or again and again."""
+    """Call a service once or repeatedly."""
     if arguments.rate is not None and not arguments.rate > 0.0:
         raise CommandError("rate must be greater than zero")
     type_ = service_class(arguments.service_type)
@@ -148,11 +148,11 @@ def call(arguments: Namespace) -> None:
 
 
 def wait_for_service(client: Client) -> None:
-    start, told = time.monotonic(), False
+    start, is_reported = time.monotonic(), False
     while not client.service_is_ready():
-        if not told and time.monotonic() - start > PATIENCE_S:
+        if not is_reported and time.monotonic() - start > PATIENCE_S:
             print("waiting for service to become available...")
-            told = True
+            is_reported = True
         time.sleep(POLL_PERIOD_S)
 
 

@@ -1,4 +1,4 @@
-"""Topics: which there are, what is said on them, and how often."""
+"""Topics: list them, show and publish messages, measure rates."""
 
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from typing import Any
@@ -19,8 +19,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
     verb = verbs.add("list", list_topics)
     add_graph_arguments(verb)
-    verb.add_argument("-t", "--show-types", action="store_true", help="show the types, too")
-    verb.add_argument("-c", "--count-topics", action="store_true", help="show only how many there are")
+    verb.add_argument("-t", "--show-types", action="store_true", help="show the types as well")
+    verb.add_argument("-c", "--count-topics", action="store_true", help="show only the number of topics")
     verb.add_argument(
         "-v", "--verbose", action="store_true", help="show the numbers of publishers and subscribers"
     )
@@ -42,7 +42,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     completed_by(
         lambda **_: all_interfaces("msg"), verb.add_argument("topic_type", help="such as std_msgs/msg/String")
     )
-    verb.add_argument("-c", "--count-topics", action="store_true", help="show only how many there are")
+    verb.add_argument("-c", "--count-topics", action="store_true", help="show only the number of topics")
     add_hidden_argument(verb)
 
     topic_echo.add_arguments(verbs.add("echo", topic_echo.echo))

@@ -46,12 +46,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=non_negative_int,
         metavar="N",
         default=DEFAULT_TRUNCATE_LENGTH,
-        help=f"show so many items of arrays and characters of strings (default: {DEFAULT_TRUNCATE_LENGTH})",
+        help=f"number of items of arrays and characters of strings (default: {DEFAULT_TRUNCATE_LENGTH})",
     )
     add("--no-arr", action="store_true", help="do not show the items of arrays")
     add("--no-str", action="store_true", help="do not show strings")
     add("--flow-style", action="store_true", help="arrays on one line")
-    add("--no-lost-messages", action="store_true", help="do not tell of lost messages")
+    add("--no-lost-messages", action="store_true", help="do not report lost messages")
     add("--raw", action="store_true", help="show the bytes on the wire")
     add(
         "--filter", metavar="EXPRESSION", help="show only messages m for which this Python expression is true"
@@ -88,12 +88,15 @@ def echo(arguments: Namespace) -> None:
 def subscribe(
     node: Node, type_: Any, arguments: Namespace, take: Callable[[tuple[Any, dict[str, int]]], None]
 ) -> None:
-    """Have the messages taken, each with its info: the EventsExecutor of Jazzy hands over one tuple."""
+    """Subscribe with a callback that takes each message with its info, as one tuple.
+
+    The EventsExecutor of Jazzy passes both in one argument.
+    """
 
     def callback(message_and_info: tuple[Any, dict[str, int]]) -> None:
         take(message_and_info)
 
-    # By its signature rclpy sees that a callback wants the info.
+    # rclpy passes the info to callbacks with two parameters.
     callback.__signature__ = inspect.signature(lambda message, info: None)  # type: ignore[attr-defined]  # may have one
     node.create_subscription(
         type_,
@@ -101,7 +104,7 @@ def subscribe(
         callback,
         listener_profile(node, arguments.topic_name, arguments),
         event_callbacks=SubscriptionEventCallbacks(
-            message_lost=None if arguments.no_lost_messages else tell_lost
+            message_lost=None if arguments.no_lost_messages else report_lost
         ),
         raw=arguments.raw,
     )
@@ -124,10 +127,10 @@ class Printer:
         )
 
     def print(self, message: Any, info: dict[str, int]) -> bool:
-        """Whether the message was printed: it need not pass the filter.
+        """Print a message if it passes the filter, and return whether it did.
 
         Raises:
-            CommandError: it does not have the field that was asked for.
+            CommandError: the message does not have the field.
         """
         try:
             value = reduce(getattr, self._path, message)
@@ -135,7 +138,7 @@ class Printer:
             raise CommandError(f"Invalid field '{'.'.join(self._path)}': {error}") from None
         if not self._filter(value):
             return False
-        sys.stdout.write(self._text(value, info))  # one call: each is flushed
+        sys.stdout.write(self._text(value, info))  # one call, for each call is flushed
         return True
 
     def _text(self, value: Any, info: dict[str, int]) -> str:
@@ -153,10 +156,10 @@ class Printer:
 
 
 def python_filter(expression: str | None) -> Callable[[Any], bool]:
-    """Whether an expression is true of a message m.
+    """A function that evaluates an expression for a message m.
 
     Raises:
-        CommandError: it is not an expression or, when called, cannot be evaluated.
+        CommandError: the expression is invalid or, when called, cannot be evaluated.
     """
     try:
         code = compile(expression or "True", "filter", "eval")
@@ -172,6 +175,6 @@ def python_filter(expression: str | None) -> Callable[[Any], bool]:
     return is_wanted
 
 
-def tell_lost(lost: QoSMessageLostInfo) -> None:
+def report_lost(lost: QoSMessageLostInfo) -> None:
     counts = f"total count change:{lost.total_count_change}\n\ttotal count: {lost.total_count}"
     print(f"A message was lost!!!\n\t{counts}---")

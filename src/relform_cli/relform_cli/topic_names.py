@@ -1,4 +1,4 @@
-"""Topics by name: what verbs do with the name that they are given."""
+"""Topics by name: arguments, completions and types."""
 
 import time
 from argparse import ArgumentParser, Namespace
@@ -23,19 +23,19 @@ def complete_topic(parsed_args: Namespace, **_: object) -> list[str]:
 
 
 def complete_message_type(parsed_args: Namespace, **_: object) -> list[str]:
-    """The types of the topic that stands before; all, where it has none."""
+    """The types of the topic named before; all types if it has none."""
     with glanced_at(parsed_args) as node:
         return topic_types(node, parsed_args.topic_name) or all_interfaces("msg")
 
 
 def discover_topic(node: Node, topic: str, arguments: Namespace, wait: bool = False) -> Any:
-    """The message class of a topic that is in the graph.
+    """The message class of a topic in the graph.
 
     Args:
-        wait: until it is there, however long, rather than giving up.
+        wait: wait for the topic without limit.
 
     Raises:
-        CommandError: it is not there, has more than one type, or one that is not installed.
+        CommandError: the topic is not found, has more than one type, or its type is not installed.
     """
     name = full_topic_name(node, topic)
     discover(node, arguments, wanted=lambda: bool(topic_types(node, name)))

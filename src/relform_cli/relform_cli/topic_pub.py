@@ -45,14 +45,19 @@ def add_arguments(parser: ArgumentParser) -> None:
     times = parser.add_mutually_exclusive_group()
     times.add_argument("-1", "--once", action="store_true", help="publish once and exit")
     times.add_argument(
-        "-t", "--times", type=non_negative_int, default=0, metavar="N", help="publish so often and exit"
+        "-t",
+        "--times",
+        type=non_negative_int,
+        default=0,
+        metavar="N",
+        help="publish N times and exit",
     )
     add(
         "-w",
         "--wait-matching-subscriptions",
         type=non_negative_int,
         metavar="N",
-        help="wait for so many subscriptions first (default: 1 with --once or --times, else 0)",
+        help="wait for this many subscriptions first (default: 1 with --once or --times, else 0)",
     )
     add(
         "--max-wait-time-secs", type=positive_float, metavar="SECONDS", help="give up waiting after this time"
@@ -62,9 +67,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=positive_float,
         default=0.1,
         metavar="SECONDS",
-        help="go on so long after the last message, for it to be sent (default: 0.1)",
+        help="keep the node this long after the last message, so that it is sent (default: 0.1)",
     )
-    add("-n", "--node-name", metavar="NAME", help="of the publishing node")
+    add("-n", "--node-name", metavar="NAME", help="name of the publishing node")
     add_qos_arguments(parser, preset="default")
     add_spin_arguments(parser)
 
@@ -74,7 +79,7 @@ def complete_values(parsed_args: Namespace, **_: object) -> list[str]:
 
 
 def publish(arguments: Namespace) -> None:
-    """Publish a message once or again and again."""
+    """Publish a message once or repeatedly."""
     n_times = 1 if arguments.once else arguments.times
     wait_for = arguments.wait_matching_subscriptions
     if wait_for is None:
@@ -134,10 +139,10 @@ def wait_for_clock(node: Node) -> None:
 
 
 def wait_for_subscriptions(publisher: Publisher, wanted: int, longest_s: float | None) -> None:
-    """Wait until so many subscriptions are there.
+    """Wait until a number of subscriptions exists.
 
     Raises:
-        CommandError: they do not come in time.
+        CommandError: there are fewer after ``longest_s``.
     """
     start = time.monotonic()
     for poll in count():

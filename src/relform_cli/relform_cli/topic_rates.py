@@ -21,7 +21,7 @@ from relform_cli.topic_names import add_topic_argument, discover_topic
 
 REPORT_PERIOD_S = 1.0
 MANY = 10000
-"""Messages in a window, where there is no reason for fewer."""
+"""Default number of messages in a window."""
 
 
 def add_hz_arguments(parser: ArgumentParser) -> None:
@@ -30,7 +30,7 @@ def add_hz_arguments(parser: ArgumentParser) -> None:
         "--filter", metavar="EXPRESSION", help="count messages m for which this Python expression is true"
     )
     parser.add_argument(
-        "--wall-time", action="store_true", help="measure with wall time, though --use-sim-time is given"
+        "--wall-time", action="store_true", help="measure with wall time, also with --use-sim-time"
     )
 
 
@@ -50,7 +50,7 @@ def _add_arguments(parser: ArgumentParser, window: int) -> None:
         type=positive_int,
         default=window,
         metavar="N",
-        help=f"measure over so many messages (default: {window})",
+        help=f"measure over this many messages (default: {window})",
     )
     add_spin_arguments(parser)
 
@@ -90,10 +90,10 @@ def _measure(
     print_first: str | None = None,
     wall_time: bool = False,
 ) -> None:
-    """Report until a signal comes.
+    """Print reports until a signal ends the command.
 
     Args:
-        number: what the meter wants to know of a serialized message, None to leave the message out.
+        number: the meter's number of a serialized message, or None to leave the message out.
     """
     with graph_node(arguments) as node:
         type_ = discover_topic(node, arguments.topic_name, arguments, wait=True)

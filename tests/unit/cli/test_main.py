@@ -1,4 +1,4 @@
-"""How the ros2 command ends."""
+"""The end of the ros2 command."""
 
 import subprocess
 import sys
@@ -12,6 +12,6 @@ while True:
 """
 
 
-def test_what_cannot_end_is_ended() -> None:
+def test_leave_in_time_ends_a_process_that_hangs() -> None:
     ended = subprocess.run([sys.executable, "-c", HANGS], capture_output=True, text=True, timeout=60)
     assert (ended.returncode, ended.stdout, ended.stderr) == (1, "", "")

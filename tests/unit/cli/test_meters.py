@@ -1,4 +1,4 @@
-"""What `ros2 topic hz`, `bw` and `delay` tell of messages at known times."""
+"""Reports of `ros2 topic hz`, `bw` and `delay` on messages at known times."""
 
 import pytest
 
@@ -25,7 +25,7 @@ def test_rate_over_the_last_messages_only() -> None:
     )
 
 
-def test_rate_is_silent_without_news() -> None:
+def test_rate_reports_nothing_without_new_messages() -> None:
     meter = RateMeter(window=2)
     meter.take(500 * MS, 0)
     assert meter.report(510 * MS) is None
@@ -34,7 +34,7 @@ def test_rate_is_silent_without_news() -> None:
     assert meter.report(1610 * MS) is None
 
 
-def test_rate_starts_anew_when_time_goes_back(capsys: pytest.CaptureFixture[str]) -> None:
+def test_rate_restarts_when_time_goes_back(capsys: pytest.CaptureFixture[str]) -> None:
     meter = RateMeter(window=9)
     for now in (7000, 7010, 30, 80):
         meter.take(now * MS, 0)
@@ -68,7 +68,7 @@ def test_bandwidth(size: int, expected: str) -> None:
     assert meter.report(900 * MS) == expected
 
 
-def test_bandwidth_starts_anew_when_time_goes_back(capsys: pytest.CaptureFixture[str]) -> None:
+def test_bandwidth_restarts_when_time_goes_back(capsys: pytest.CaptureFixture[str]) -> None:
     meter = BandwidthMeter(window=9)
     meter.take(700 * MS, 10)
     meter.take(710 * MS, 10)

@@ -1,4 +1,4 @@
-"""Which ros2 runs: setup/ros2 gives way to a real one, wherever that is and whenever it comes."""
+"""setup/ros2 runs ros2cli if it finds one on the PATH, else relform_cli."""
 
 import os
 import shutil
@@ -36,37 +36,37 @@ OURS = "ours -P -m relform_cli topic a b\n"
 REAL = "real topic a b\n"
 
 
-def test_ours_where_there_is_no_other(environment: Path) -> None:
+def test_runs_ours_without_another_ros2(environment: Path) -> None:
     assert output(environment, command=environment / "ros2") == OURS
     assert output(command=environment / "ros2") == OURS
 
 
-def test_through_a_link(environment: Path, tmp_path: Path) -> None:
+def test_runs_ours_through_a_link(environment: Path, tmp_path: Path) -> None:
     (tmp_path / "ros2").symlink_to(environment / "ros2")
     assert output(tmp_path, command=tmp_path / "ros2") == OURS
 
 
 @pytest.mark.parametrize("ours_first", [True, False])
-def test_the_real_one_wherever_it_is(environment: Path, tmp_path: Path, ours_first: bool) -> None:
+def test_runs_the_real_one_anywhere_on_the_path(environment: Path, tmp_path: Path, ours_first: bool) -> None:
     real = tmp_path / "opt/ros/jazzy/bin"
     program(real / "ros2", "real")
     path = [environment, real] if ours_first else [real, environment]
     assert output(*path, command=environment / "ros2") == REAL
 
 
-def test_installed_into_the_environment(environment: Path) -> None:
+def test_runs_the_real_one_of_the_same_environment(environment: Path) -> None:
     program(environment / "ros2", "real")  # as pip does
     assert output(environment, command=environment / "ros2") == REAL
 
 
-def test_two_workspaces_do_not_call_each_other(environment: Path, tmp_path: Path) -> None:
+def test_ignores_the_script_of_another_workspace(environment: Path, tmp_path: Path) -> None:
     other = tmp_path / "other/.venv/bin"
     program(other / "python", "another's")
     shutil.copy(SCRIPT, other / "ros2")
     assert output(other, environment, command=environment / "ros2") == OURS
 
 
-def test_what_cannot_run_is_passed_over(environment: Path, tmp_path: Path) -> None:
+def test_ignores_files_that_cannot_run(environment: Path, tmp_path: Path) -> None:
     (tmp_path / "folder/ros2").mkdir(parents=True)
     text = tmp_path / "text"
     text.mkdir()
