@@ -61,7 +61,7 @@ def random_problem(seed: int, n_vehicles: int, *overrides: str, disturbance: flo
     ocp = Ocp.from_config(config)
     team = random_team(generator, n_vehicles, tilt_max=0.25, rate_max=0.5)
     poses = Poses(np.array([vehicle.p_NB_N for vehicle in team]), np.array([vehicle.yaw for vehicle in team]))
-    time = np.arange(ocp.n_stages + 1)[:, None] * ocp.period
+    time = np.arange(ocp.n_stages + 1)[:, None] * ocp.stage
     displacement = generator.uniform(-1.0, 1.0, (len(ocp.pairs), 3)) * disturbance
     drift = generator.uniform(-0.5, 0.5, 3)
     reference = HorizonReference(
@@ -103,7 +103,7 @@ def _step(body: RigidBody, period: float, n_vehicles: int) -> ca.Function:
 
 def simulate(ocp: Ocp, initial_states: Array, thrusts: Array) -> Array:
     """The states that follow, shape (vehicle, stage 0..N, N_STATE)."""
-    step = _step(ocp.body, ocp.period, ocp.n_vehicles)
+    step = _step(ocp.body, ocp.stage, ocp.n_vehicles)
     states = [initial_states]
     for stage in range(thrusts.shape[1]):
         states.append(np.array(step(states[-1].T, thrusts[:, stage].T)).T)

@@ -66,7 +66,11 @@ class FormationController:
             hover_thrust,
             clock,
         )
-        self._horizon_ns = np.arange(self._ocp.n_stages + 1) * self._period_ns
+        stage_ns = seconds_to_ns(self._ocp.stage)
+        self._horizon_ns = np.arange(self._ocp.n_stages + 1) * stage_ns
+        n_intervals = self._ocp.n_stages * stage_ns // self._period_ns
+        self._stage_of_interval = np.arange(n_intervals) * self._period_ns // stage_ns
+        """Which stage's input a command applies in each control period of the horizon."""
         self._prediction: Prediction | None = None
         self._applied_thrusts = np.full((self._ocp.n_vehicles, layout.N_INPUT), hover_thrust)
         self._waiting_since_ns: int | None = None
@@ -158,7 +162,7 @@ class FormationController:
         plan: Plan,
         report: SolverReport,
     ) -> Decision:
-        speeds = np.sqrt(plan.thrusts / self._thrust_coefficient)
+        speeds = np.sqrt(plan.thrusts[:, self._stage_of_interval] / self._thrust_coefficient)
         leader, formation = asked.leader, asked.p_B1B2_C1__target
         names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
         geometry = estimate.geometry

@@ -72,8 +72,9 @@ class ControllerConfig(Schema):
     """The formation controller."""
 
     period: Annotated[float, Field(alias="period_s", gt=0.0, le=1.0)]
-    """Control period, and length of one interval of the horizon [s]."""
+    """Time from one command to the next [s]."""
     horizon_steps: Annotated[int, Field(ge=2, le=100)]
+    """Number of stages of the horizon."""
     formation_pairs: FormationPairs
     weights: WeightsConfig
     solver: SolverConfig
@@ -90,6 +91,26 @@ class ControllerConfig(Schema):
     start_wait_max: Annotated[NonNegative, Field(alias="start_wait_max_s")] = 5.0
     """How long the vehicles hover at the start of a flight while the controller waits for the measurements of
     its first estimate [s]; then the flight ends."""
+
+    stage: Annotated[float | None, Field(alias="stage_s", gt=0.0, le=1.0)] = None
+    """Length of one stage of the horizon [s], at least the control period; null: the control period. The cost
+    sums over stages, whatever their length."""
+
+    @property
+    def stage_length(self) -> float:
+        """Length of one stage of the horizon [s]."""
+        return self.period if self.stage is None else self.stage
+
+    @property
+    def horizon(self) -> float:
+        """Length of the horizon [s]."""
+        return self.horizon_steps * self.stage_length
+
+    @model_validator(mode="after")
+    def _stage_not_shorter_than_period(self) -> Self:
+        if self.stage_length < self.period:
+            raise ValueError(f"stage_s {self.stage_length} must be at least period_s {self.period}")
+        return self
 
     @model_validator(mode="before")
     @classmethod

@@ -1,4 +1,4 @@
-"""The true quadrotor: its state, moved through time under rotor commands and disturbances."""
+"""The true quadrotor: its state (eq. StateDef), moved through time under rotor commands and disturbances."""
 
 import math
 

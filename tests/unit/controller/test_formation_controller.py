@@ -331,6 +331,43 @@ def test_the_configuration_selects_the_estimator() -> None:
         paper_scenario("controller.estimator=guess")
 
 
+LONG_STAGES = ("controller.stage_s=0.12", "controller.horizon_steps=4")
+
+
+def test_with_long_stages_the_reference_is_sampled_at_them_and_commands_at_control_periods(
+    flight: Flight,
+) -> None:
+    config = paper_scenario(AGILE, *LONG_STAGES, seed=4).config
+    asked: list[np.ndarray] = []
+
+    class Listening(ScenarioMission):
+        def reference(self, stamps_ns: np.ndarray) -> MissionReference:
+            asked.append(stamps_ns)
+            return super().reference(stamps_ns)
+
+    decisions = replay(FormationController(config, mission=Listening(config)), flight.measured[:3])
+    np.testing.assert_array_equal(asked[2], 100_000_000 + 120_000_000 * np.arange(5))
+    for decision in decisions:
+        for command in decision.commands.values():
+            assert command.period_ns == 50_000_000
+            # The stages start at 0, 0.12, 0.24 and 0.36 s, the control periods at 0, 0.05, ... 0.4 s.
+            speeds = np.vstack([command.speeds, command.predicted_speeds])
+            stages = [0, 0, 0, 1, 1, 2, 2, 2, 3]
+            np.testing.assert_array_equal(speeds, speeds[[stages.index(stage) for stage in stages]])
+            assert len(np.unique(speeds, axis=0)) == 4
+
+
+def test_with_long_stages_the_shifted_plan_is_a_better_guess_than_the_plan_itself() -> None:
+    kkt_first = {}
+    for warm_start in ("transform", "hold"):
+        solver = (f"controller.solver.warm_start={warm_start}", "controller.solver.kkt_tolerance=1.0e-3")
+        horizon = ("controller.stage_s=0.12", "controller.horizon_steps=7")
+        scenario = paper_scenario(AGILE, *NOISE_FREE, *horizon, *solver, seed=4)
+        _, decided = record(scenario, N_STEPS)
+        kkt_first[warm_start] = np.median([decision.solver.kkt_first for decision in decided[1:]])
+    assert kkt_first["transform"] < 0.1 * kkt_first["hold"]
+
+
 class TurnedMission(ScenarioMission):
     """The scenario after some more whole turns of the leader."""
 

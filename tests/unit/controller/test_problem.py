@@ -6,6 +6,7 @@ import pytest
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.registry import make_terms
 from relform_controller.solver.dense.cost import CondensedCost
+from relform_core.errors import ConfigError
 from support.problems import random_problem, weights
 from support.scenarios import paper_scenario, team_of
 
@@ -24,7 +25,14 @@ def test_bounds_are_on_the_thrust_of_a_rotor() -> None:
 def test_dimensions_follow_the_team_and_the_horizon() -> None:
     ocp = ocp_with(*team_of(4), "controller.horizon_steps=7")
     assert (ocp.n_vehicles, ocp.n_stages, len(ocp.pairs)) == (4, 7, 12)
-    assert ocp.period == 0.05
+    assert (ocp.period, ocp.stage) == (0.05, 0.05)
+
+
+def test_stages_may_be_longer_than_the_control_period() -> None:
+    ocp = ocp_with("controller.stage_s=0.125")
+    assert (ocp.period, ocp.stage) == (0.05, 0.125)
+    with pytest.raises(ConfigError, match=r"stage_s 0\.04 must be at least period_s 0\.05"):
+        ocp_with("controller.stage_s=0.04")
 
 
 @pytest.mark.parametrize(

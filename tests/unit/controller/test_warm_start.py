@@ -1,6 +1,9 @@
 """The first guess of a flight, and the plan one period later."""
 
+import dataclasses
+
 import numpy as np
+import pytest
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
@@ -61,3 +64,19 @@ def test_a_quarter_turn_by_hand() -> None:
     # The leader looked back along x: 1 m ahead is at 9 m.
     np.testing.assert_allclose(found.p_NI_N, [9.0, 20.0, 30.0], atol=1e-12)
     assert found.yaw_NI == 1.5 * np.pi
+
+
+@pytest.mark.parametrize("stage_s", [0.05, 0.08, 0.1, 0.25])
+def test_a_shift_by_a_part_of_a_stage(stage_s: float) -> None:
+    """The states are those of the old inputs, and the thrust keeps its mean over each new stage."""
+    problem = random_problem(5, 3, f"controller.stage_s={stage_s}", "controller.horizon_steps=6")
+    ocp, share = problem.ocp, 0.05 / stage_s
+    thrusts = random_thrusts_of_team(5, ocp, problem.config.vehicle.hover_thrust)
+    plan = Plan(simulate(ocp, problem.initial_states, thrusts), thrusts)
+    shifted = shift(plan, kernels_of(ocp).predict, share)
+    for stage in range(ocp.n_stages + 1):
+        held = thrusts[:, min(stage, ocp.n_stages - 1)]
+        expected = simulate(dataclasses.replace(ocp, stage=0.05), plan.states[:, stage], held[:, None])[:, 1]
+        np.testing.assert_allclose(shifted.states[:, stage], expected, atol=1e-12)
+    following = np.concatenate([thrusts[:, 1:], thrusts[:, -1:]], axis=1)
+    np.testing.assert_allclose(shifted.thrusts, (1.0 - share) * thrusts + share * following)

@@ -101,7 +101,7 @@ def dynamics(state: ca.SX, thrusts: ca.SX, body: RigidBody) -> ca.SX:
 
 
 def rk4_step(state: ca.SX, thrusts: ca.SX, body: RigidBody, period: float) -> ca.SX:
-    """State one control period later under constant thrusts: one step of the classical Runge-Kutta method."""
+    """State one period later under constant thrusts: one step of the classical Runge-Kutta method."""
     k1 = dynamics(state, thrusts, body)
     k2 = dynamics(state + period / 2 * k1, thrusts, body)
     k3 = dynamics(state + period / 2 * k2, thrusts, body)

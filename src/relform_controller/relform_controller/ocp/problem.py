@@ -20,7 +20,9 @@ class Ocp:
     n_vehicles: int
     n_stages: int
     period: float
-    """Length of one stage [s]."""
+    """Time from one command to the next [s]."""
+    stage: float
+    """Length of one stage [s], at least the period."""
     body: RigidBody
     weights: WeightsConfig
     """At the start of a flight."""
@@ -37,6 +39,7 @@ class Ocp:
             n_vehicles=len(config.team.vehicles),
             n_stages=config.controller.horizon_steps,
             period=config.controller.period,
+            stage=config.controller.stage_length,
             body=RigidBody.from_config(vehicle),
             weights=config.controller.weights,
             thrust_min=vehicle.thrust_coefficient * vehicle.rotor_speed_min**2,

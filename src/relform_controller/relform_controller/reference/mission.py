@@ -1,5 +1,6 @@
 """The mission of a flight: it gives the reference at any time and takes requests."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -61,7 +62,9 @@ class ScenarioMission:
 
     def __init__(self, config: ScenarioConfig) -> None:
         self._config = config
-        self._trajectory = LeaderTrajectory(config, config.controller.horizon_steps)
+        self._trajectory = LeaderTrajectory(
+            config, math.ceil(config.controller.horizon / config.controller.period - 1e-9)
+        )
         self._schedule = FormationSchedule(config)
 
     @property

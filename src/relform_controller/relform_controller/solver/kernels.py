@@ -71,7 +71,7 @@ class Kernels:
         library = _compile([_mapped(function, n_items) for function, n_items in functions])
         loaded = {f.name(): Kernel(ca.external(f.name(), str(library)), n_items) for f, n_items in functions}
         self.predict = loaded["predict"]
-        """(state, thrusts) -> (state one period later,), per vehicle."""
+        """(state, thrusts) -> (state one control period later,), per vehicle."""
         self.vehicle_stage = loaded["vehicle_stage"]
         """(state, thrusts) -> next state, A (12, 12), B (12, 4), net acceleration in {mi} (3,), its
         derivatives by rpy (3, 3) and by thrusts (3, 4); per vehicle and stage 0..N-1."""
@@ -86,7 +86,7 @@ def _predict(ocp: Ocp) -> ca.Function:
 
 def _vehicle_stage(ocp: Ocp) -> ca.Function:
     state, thrusts = ca.SX.sym("state", layout.N_STATE), ca.SX.sym("thrusts", layout.N_INPUT)
-    following = rk4_step(state, thrusts, ocp.body, ocp.period)
+    following = rk4_step(state, thrusts, ocp.body, ocp.stage)
     acceleration = net_acceleration_I(state, thrusts, ocp.body)
     outputs = [
         following,

@@ -26,12 +26,24 @@ def hover_plan(initial_states: Array, hover_thrust: float, n_stages: int) -> Pla
     return Plan(states, np.full((n_vehicles, n_stages, layout.N_INPUT), hover_thrust))
 
 
-def shift(plan: Plan, predict: CompiledFunction) -> Plan:
-    """The plan one period later; the last input is repeated, and the last state follows from it."""
-    (following,) = predict(plan.states[:, -1], plan.thrusts[:, -1])
-    states = np.concatenate([plan.states[:, 1:], following[:, None]], axis=1)
-    thrusts = np.concatenate([plan.thrusts[:, 1:], plan.thrusts[:, -1:]], axis=1)
-    return Plan(states, thrusts)
+def shift(plan: Plan, predict: CompiledFunction, share: float = 1.0) -> Plan:
+    """The plan one control period later; the last input is held.
+
+    Args:
+        plan: at stages 0..N.
+        predict: (state, thrusts) -> (state one control period later,), of all vehicles.
+        share: control period as a part of a stage, in (0, 1]. If it is less than 1, each new stage covers the
+            end of one old stage and the begin of the next, and its input is their mean over time.
+    """
+    following_thrusts = np.concatenate([plan.thrusts[:, 1:], plan.thrusts[:, -1:]], axis=1)
+    if share == 1.0:
+        (following,) = predict(plan.states[:, -1], plan.thrusts[:, -1])
+        return Plan(np.concatenate([plan.states[:, 1:], following[:, None]], axis=1), following_thrusts)
+    applied = np.concatenate([plan.thrusts, plan.thrusts[:, -1:]], axis=1)
+    states = np.empty_like(plan.states)
+    for stage in range(states.shape[1]):
+        (states[:, stage],) = predict(plan.states[:, stage], applied[:, stage])
+    return Plan(states, plan.thrusts + share * (following_thrusts - plan.thrusts))
 
 
 def transform(

@@ -1,4 +1,4 @@
-"""The dense solver: condense the states out, factorise, solve with bounds on the inputs, expand.
+"""One SQP step of Algorithm MRTI by the dense solver.
 
 `prepare` linearises around a guess, condenses and factorises. `feedback` embeds the measured states as
 deviations from the guess, re-evaluates the residuals in the measured geometry, solves the quadratic program
