@@ -60,7 +60,7 @@ class LiveControllerValues:
     @property
     def described(self) -> Mapping[str, LiveValue]:
         """Description of each value, by dotted key."""
-        apart = f"any two vehicles at least {self._scenario.separation_min:g} m apart"
+        apart = f"any two vehicles at least {self._scenario.vehicle.separation_min:g} m apart"
         place = LiveValue(
             description=ScenarioConfig.model_fields["formations"].description or "",
             constraint=f"3 finite numbers, {apart}, on the way to it too",

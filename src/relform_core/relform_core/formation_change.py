@@ -114,7 +114,7 @@ class FormationChanges:
         return self.problem(self.at_rest(first), 0)
 
     def _too_close(self, change: Blend, phase: PhaseConfig | None) -> TooClose | None:
-        names, separation_min = self._config.team.vehicles, self._config.separation_min
+        names, separation_min = self._config.team.vehicles, self._config.vehicle.separation_min
         if change.straight:
             path = np.stack([change.start, change.target], axis=1)
         else:

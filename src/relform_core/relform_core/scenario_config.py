@@ -132,11 +132,6 @@ class ScenarioConfig(Schema):
             sensor for sensor in SENSORS if self.sensors.has(sensor) and (is_leader or not sensor.leader_only)
         )
 
-    @property
-    def separation_min(self) -> float:
-        """Two vehicles collide when their centres are closer than this [m]."""
-        return 2.0 * self.vehicle.collision_radius
-
     def formation_problem(self, formation: Mapping[str, Vector3]) -> str | None:
         """Why the team cannot fly a formation, as the end of a sentence about it; None if it can."""
         if unknown := sorted(set(formation) - set(self.team.followers)):
@@ -151,10 +146,10 @@ class ScenarioConfig(Schema):
                 return f"puts '{follower}' at {position}, which is farther than {PLACE_MAX:g} m away"
         positions = {self.team.leader: (0.0, 0.0, 0.0), **formation}
         for (a, p_a), (b, p_b) in itertools.combinations(positions.items(), 2):
-            if (separation := math.dist(p_a, p_b)) < self.separation_min:
+            if (separation := math.dist(p_a, p_b)) < self.vehicle.separation_min:
                 return (
                     f"is impossible: '{a}' and '{b}' are {separation:.3f} m apart, "
-                    f"at least {self.separation_min:.3f} m are needed"
+                    f"at least {self.vehicle.separation_min:.3f} m are needed"
                 )
         return None
 

@@ -46,6 +46,11 @@ class VehicleConfig(Schema):
     failsafe: FailsafeConfig
 
     @property
+    def separation_min(self) -> float:
+        """Two vehicles collide when their centres are closer than this [m]."""
+        return 2.0 * self.collision_radius
+
+    @property
     def hover_speed(self) -> float:
         """Rotor speed at which four rotors carry the nominal weight [rad/s]."""
         return math.sqrt(self.hover_thrust / self.thrust_coefficient)

@@ -21,9 +21,9 @@ def find_fault(config: VehicleConfig, name: str, ground_truth: Mapping[str, Odom
         other: math.dist(own.p_NB_N, state.p_NB_N) for other, state in ground_truth.items() if other != name
     }
     nearest = min(distances, key=distances.__getitem__)
-    needed = 2.0 * config.collision_radius
-    if (apart := distances[nearest]) < needed:
-        return f"{name} collided with {nearest} ({apart:.3f} m apart, at least {needed:g} m are needed)"
+    if (apart := distances[nearest]) < config.separation_min:
+        needed = f"at least {config.separation_min:g} m are needed"
+        return f"{name} collided with {nearest} ({apart:.3f} m apart, {needed})"
     if (height := float(own.p_NB_N[2])) <= 0.0:
         return f"{name} touched the ground (at a height of {height:.2f} m, above 0 is needed)"
     if (tilt := _tilt(own)) > config.tilt_max:

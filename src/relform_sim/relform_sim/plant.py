@@ -6,9 +6,10 @@ import numpy as np
 
 from relform_core.arrays import Array
 from relform_core.measurements import Odometry
+from relform_core.schema import Vector3
 from relform_core.units import GRAVITY
 from relform_sim.integrate import State, rk4_step
-from relform_sim.rigid_body import Body, Vector3, Wrench, rigid_body_rate, rotation_rows, rotor_wrench
+from relform_sim.rigid_body import Body, Wrench, rigid_body_rate, rotation_rows, rotor_wrench
 
 NO_WIND: Vector3 = (0.0, 0.0, 0.0)
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relform_core.schema import Vector3
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import VehicleConfig
 from relform_sim.integrate import State
-
-Vector3 = tuple[float, float, float]
 
 UNCERTAINTY_LIMIT = 3.0
 """Mass and inertia are drawn within this many standard deviations, so that they stay positive."""

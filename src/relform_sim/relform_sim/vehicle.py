@@ -13,6 +13,7 @@ from relform_core.events_config import ThrustScale, Wind
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.randomness import Stream, Streams
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.schema import Vector3
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -22,7 +23,7 @@ from relform_sim.faults import find_fault
 from relform_sim.link import LinkFactory, lossy_link
 from relform_sim.onboard import Onboard, OnboardCounts
 from relform_sim.plant import Plant
-from relform_sim.rigid_body import Vector3, draw_body
+from relform_sim.rigid_body import draw_body
 
 
 class Vehicle:

@@ -5,5 +5,5 @@ simulation, topics, bags and replay follow from it. A sensor called ``name`` has
 
 - ``relform_core.sensors.name``: configuration, measurement, and the `Sensor` that ties them;
 - ``relform_sensors.name``: the model, made by its function ``mount``;
-- ``relform_ros.sensors.name``: the message, as its constant ``WIRE``.
+- ``relform_ros.sensors.name``: the message and its conversions, see ``relform_ros.sensors.wire``.
 """

@@ -1,1 +1,1 @@
-"""Conversion of each sensor's measurement, one module per sensor, called by its name; see `wire`."""
+"""Messages of the sensors and their conversions, one module per sensor; see `wire`."""

@@ -37,7 +37,7 @@ def from_msg(msg: ImuMsg, vehicle: str, team: Collection[str]) -> Imu:
     """IMU of a vehicle.
 
     Raises:
-        RejectionError: see the module.
+        RejectionError: the message cannot be used, see ``fields``.
     """
     return Imu(
         stamp_ns=header_from_msg(msg.header, body_frame(vehicle)),

@@ -34,7 +34,7 @@ def from_msg(msg: TwistMsg, vehicle: str, team: Collection[str]) -> OpticFlow:
     """Velocity measured by the optic flow of a vehicle.
 
     Raises:
-        RejectionError: see the module.
+        RejectionError: the message cannot be used, see ``fields``.
     """
     return OpticFlow(
         stamp_ns=header_from_msg(msg.header, body_frame(vehicle)),

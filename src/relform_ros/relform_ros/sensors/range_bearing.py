@@ -35,7 +35,7 @@ def from_msg(msg: RangeBearingArrayMsg, vehicle: str, team: Collection[str]) -> 
     Args:
         team: names of all vehicles.
     Raises:
-        RejectionError: see the module; also a target that is unknown or named twice.
+        RejectionError: the message cannot be used, see ``fields``; also an unknown or repeated target.
     """
     stamp_ns = header_from_msg(msg.header, body_frame(vehicle))
     by_target: dict[str, RangeBearing] = {}

@@ -28,7 +28,7 @@ def from_msg(msg: RangeMsg, vehicle: str, team: Collection[str]) -> Sonar:
     """Height above ground of a vehicle; infinite ranges mean out of range (REP-117).
 
     Raises:
-        RejectionError: see the module.
+        RejectionError: the message cannot be used, see ``fields``.
     """
     stamp_ns = header_from_msg(msg.header, body_frame(vehicle))
     for what in ("field_of_view", "min_range", "max_range"):

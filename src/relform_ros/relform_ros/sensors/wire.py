@@ -1,4 +1,4 @@
-"""How each sensor's measurement travels: its message and the conversions, found by the name of the sensor."""
+"""Message and conversions of each sensor, found by the name of the sensor."""
 
 from collections.abc import Collection
 from importlib import import_module
@@ -8,10 +8,7 @@ from relform_core.sensors.sensor import Sensor
 
 
 class Wire(Protocol):
-    """What the module of each sensor has.
-
-    As in ``fields``, ``to_msg`` trusts its argument and ``from_msg`` does not.
-    """
+    """Contents of the module of each sensor. As in ``fields``, only ``from_msg`` checks its argument."""
 
     MESSAGE: type[Any]
 
