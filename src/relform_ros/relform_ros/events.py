@@ -90,8 +90,8 @@ def formation_from_msgs(msgs: Iterable[RelativePositionMsg], team: TeamConfig) -
     """Position of each follower relative to the leader; whether the team can fly it is not checked.
 
     Raises:
-        RejectionError: the observer is not the leader, a target is named twice, a follower is missing, or a
-            position is not finite.
+        RejectionError: the observer is not the leader, a target is no follower or named twice, a follower is
+            missing, or a position is not finite.
     """
     formation: dict[str, Vector3] = {}
     for msg in msgs:
@@ -101,6 +101,11 @@ def formation_from_msgs(msgs: Iterable[RelativePositionMsg], team: TeamConfig) -
             )
         if msg.target_id in formation:
             raise RejectionError(Reason.INVALID, f"target_id '{msg.target_id}' is named twice")
+        if msg.target_id not in team.followers:
+            known = ", ".join(team.followers)
+            raise RejectionError(
+                Reason.FOREIGN, f"target_id '{msg.target_id}' is no follower, expected one of {known}"
+            )
         x, y, z = vector_from_msg(msg.position, f"position of '{msg.target_id}'").tolist()
         formation[msg.target_id] = (x, y, z)
     if missing := [follower for follower in team.followers if follower not in formation]:
