@@ -41,7 +41,7 @@ def five_vehicles(ramp_s: float, seed: int) -> LoadedScenario:
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_after_a_failed_step_the_solver_starts_afresh(seed: int) -> None:
-    """The recorded team changes its formation in 2 s; asked to do it at once, the solver fails at first.
+    """The recorded team changes its formation in 2 s; asked to do it in one step, the solver fails at first.
 
     Once it had failed, it failed in every further step, also when the recorded team was in place again.
     """

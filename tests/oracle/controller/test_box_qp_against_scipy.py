@@ -63,7 +63,7 @@ def test_if_the_guesses_never_settle_daqp_takes_over(seed: int, monkeypatch: pyt
     assert found.iterations > 1
 
 
-def test_what_neither_method_solves_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_problem_that_neither_method_solves_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     J, r, lower, upper = random_problem(1, 5, 3.0)
     monkeypatch.setattr(box_qp, "_ITERATIONS_MAX", 1)
     monkeypatch.setattr(

@@ -1,4 +1,4 @@
-"""Eqs. RelPos1 to RelPos4 against poses in a common world, which no vehicle knows."""
+"""Eqs. RelPos1 to RelPos4 against poses in a common world frame."""
 
 import casadi as ca
 import numpy as np

@@ -1,7 +1,7 @@
 """The real-time iteration, iterated on one frozen state, against the nonlinear program solved by IPOPT.
 
-The program is built here again: multiple shooting over all states and inputs, a body whose Euler rates come
-from inverting those of its three hinges, planar positions as complex numbers.
+This module builds the program again: multiple shooting over all states and inputs, a body whose Euler rates
+come from inverting those of its three hinges, planar positions as complex numbers.
 """
 
 import dataclasses

@@ -39,7 +39,7 @@ def jacobian(problem: Problem, guess: Plan) -> Array:
 
 
 def moved(problem: Problem, seed: int) -> Problem:
-    """The same team, found to be a little elsewhere and to move otherwise than predicted."""
+    """The same team at another place and with other velocities than predicted."""
     generator = np.random.default_rng(seed)
     poses = Poses(
         problem.poses.p_NI_N + generator.uniform(-0.05, 0.05, problem.poses.p_NI_N.shape),

@@ -60,7 +60,7 @@ def test_yaw_of_the_second_relative_to_the_first(
 
 
 @given(attitude_1=attitudes, attitude_2=attitudes, baseline=baselines())
-def test_seen_the_other_way_round(
+def test_exchanged_vehicles_have_the_negative_yaw(
     attitude_1: tuple[float, float, float], attitude_2: tuple[float, float, float], baseline: np.ndarray
 ) -> None:
     first, second = vehicle(np.zeros(3), attitude_1), vehicle(baseline, attitude_2)
@@ -70,7 +70,7 @@ def test_seen_the_other_way_round(
 
 
 @given(attitude_1=attitudes, attitude_2=attitudes, baseline=baselines(), turn=yaws)
-def test_turning_the_world_changes_nothing(
+def test_the_relative_yaw_does_not_depend_on_the_world_frame(
     attitude_1: tuple[float, float, float],
     attitude_2: tuple[float, float, float],
     baseline: np.ndarray,

@@ -106,8 +106,8 @@ def test_relative_positions_stay_the_same_even_if_they_do_not_fit_each_other(see
 
 
 @given(seed=seeds)
-def test_transforming_twice_is_once(seed: int) -> None:
-    """The frames are there already."""
+def test_transforming_again_does_not_change_the_plan(seed: int) -> None:
+    """The plan starts at the origin of its frames already."""
     problem, plan = moved_plan(seed)
     once, geometry = transform(plan, problem.poses.geometry(), PAIRS)
     twice, again = transform(once, geometry, PAIRS)

@@ -26,7 +26,7 @@ HOVER = hover_plan(PROBLEM.initial_states, HOVER_THRUST, 6)
 
 
 def ticking(tick: float) -> Callable[[], float]:
-    """A clock that moves on by ``tick`` whenever it is read."""
+    """A clock that advances by ``tick`` at each reading."""
     readings = itertools.count()
     return lambda: 100.0 + tick * next(readings)
 
@@ -115,7 +115,7 @@ def test_in_flight_it_stops_at_its_own_tolerance() -> None:
 
 
 def test_the_time_budget_is_for_the_steps_after_the_first() -> None:
-    """The clock is read before the first step and after each, and moves on by 0.01 s in between."""
+    """The clock is read before the first step and after each, and advances by 0.01 s in between."""
     for budget, steps in ((0.0, 1), (0.0105, 2), (0.0205, 3), (math.inf, 5)):
         solver = started(make_solver(flight=(1e-12, 5), time_budget=budget, tick=0.01))
         plan, report = solve(solver)
@@ -169,7 +169,7 @@ def not_finite(part: slice) -> Array:
 
 
 @pytest.mark.parametrize("warm_start", ["transform", "shift", "hold", "cold"])
-def test_what_cannot_be_solved_flies_the_plan_of_the_step_before_and_says_why(warm_start: str) -> None:
+def test_a_failed_step_flies_the_plan_of_the_step_before_and_reports_the_reason(warm_start: str) -> None:
     solver = started(make_solver(warm_start=warm_start))
     plan, report = solve(solver, not_finite(layout.VELOCITY))
     np.testing.assert_array_equal(plan.thrusts, NEXT.thrusts)
@@ -191,7 +191,7 @@ def test_after_a_failure_it_starts_afresh_at_the_measured_state() -> None:
     assert report.sqp_steps > 1
     np.testing.assert_array_equal(plan.thrusts, FIRST.thrusts)
     solver.prepare_next()
-    assert solve(solver)[1].sqp_steps == 1  # a flight again
+    assert solve(solver)[1].sqp_steps == 1  # the limits of a flight apply again
 
 
 class Tampered:
@@ -235,7 +235,7 @@ def test_a_plan_that_cannot_be_prepared_does_not_stay_the_guess() -> None:
     assert SolverState.FALLBACK not in states[1:]
 
 
-def test_failures_one_after_the_other_fly_the_plan_to_its_end() -> None:
+def test_repeated_failures_fly_the_plan_to_its_end() -> None:
     solver = started(make_solver())
     expected = FIRST
     for _ in range(8):  # more than the horizon
@@ -285,7 +285,7 @@ def test_steps_that_diverge_from_a_fresh_guess_leave_the_first_one() -> None:
     np.testing.assert_array_equal(solve(solver)[0].thrusts, expected.thrusts)
 
 
-def test_a_start_that_failed_is_a_start_again() -> None:
+def test_after_a_failed_start_the_next_step_is_a_start() -> None:
     solver = make_solver(start=(1e-3, 50), flight=(1e-12, 1))
     assert solve(solver, not_finite(layout.VELOCITY))[1].state is SolverState.FALLBACK
     solver.prepare_next()

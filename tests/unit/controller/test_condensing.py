@@ -32,7 +32,7 @@ def test_states_follow_the_linear_recursion(n_vehicles: int, n_stages: int) -> N
                 dx = A[vehicle, k] @ dx + B[vehicle, k] @ du[vehicle, k] + gaps[vehicle, k]
 
 
-def test_inputs_do_not_act_backwards() -> None:
+def test_inputs_do_not_change_earlier_states() -> None:
     generator = np.random.default_rng(0)
     A = generator.normal(size=(2, 5, layout.N_STATE, layout.N_STATE))
     B = generator.normal(size=(2, 5, layout.N_STATE, layout.N_INPUT))

@@ -55,7 +55,7 @@ def exact() -> Flight:
 
 
 def with_yaw_offsets(measurements: TeamMeasurements, offsets: dict[str, float]) -> TeamMeasurements:
-    """The same, but the IMUs believe that north is elsewhere."""
+    """The same, but the yaws of the IMUs are offset."""
     for name, offset in offsets.items():
         imu = measurements.by_vehicle[name].newest(IMU)
         assert imu is not None
@@ -92,7 +92,7 @@ def test_feedback_then_prepare_next_is_a_step(flight: Flight) -> None:
         np.testing.assert_array_equal(all_speeds([found]), all_speeds([expected]))
 
 
-def test_measurements_are_not_touched(flight: Flight) -> None:
+def test_measurements_are_not_changed(flight: Flight) -> None:
     before = copy.deepcopy(flight.measured[:5])
     replay(FormationController(CONFIG), flight.measured[:5])
     for measurements, original in zip(flight.measured, before, strict=False):
@@ -109,8 +109,8 @@ def test_measurements_are_not_touched(flight: Flight) -> None:
         np.testing.assert_array_equal(leader.p_NB_N, original_leader.p_NB_N)
 
 
-def test_decisions_of_the_past_stay_as_they_were(flight: Flight) -> None:
-    """Nothing in a decision is overwritten by the next step."""
+def test_later_steps_do_not_change_earlier_decisions(flight: Flight) -> None:
+    """A decision does not share memory with the next step."""
     controller = FormationController(CONFIG)
     first = controller.step(flight.measured[0])
     kept = copy.deepcopy(first)
@@ -154,7 +154,7 @@ def test_commands_are_complete_and_within_the_limits(flight: Flight) -> None:
             assert speeds.max() <= CONFIG.vehicle.rotor_speed_max * (1 + 1e-12)
 
 
-def test_what_was_asked_and_seen_is_told(flight: Flight) -> None:
+def test_a_decision_reports_its_reference_and_estimates(flight: Flight) -> None:
     for step, decision in enumerate(flight.decided):
         phase, width = ("P", 0.5) if step < 20 else ("Q", 0.75)
         assert decision.reference.phase == phase
@@ -177,7 +177,7 @@ def test_what_was_asked_and_seen_is_told(flight: Flight) -> None:
         assert decision.state.leader_yaw_error == pytest.approx(yaw - decision.reference.yaw_NB, abs=1e-9)
 
 
-def test_the_start_is_solved_to_its_tolerance_and_then_the_steps_are_few(flight: Flight) -> None:
+def test_the_start_is_solved_to_its_tolerance_and_later_steps_are_limited(flight: Flight) -> None:
     assert flight.decided[0].solver.state is SolverState.SOLVED
     assert flight.decided[0].solver.kkt < CONFIG.controller.solver.kkt_tolerance_start
     assert flight.decided[0].solver.sqp_steps > 3
@@ -187,13 +187,13 @@ def test_the_start_is_solved_to_its_tolerance_and_then_the_steps_are_few(flight:
 
 
 def blind(measurements: TeamMeasurements, name: str) -> TeamMeasurements:
-    """The optic flow of one vehicle is not a number, as no sensor should say."""
+    """The same, but the optic flow of one vehicle is not a number."""
     flow = measurements.by_vehicle[name].newest(OPTIC_FLOW)
     assert flow is not None
     return replaced(measurements, name, optic_flow=dataclasses.replace(flow, v_NB_B=np.full(3, np.nan)))
 
 
-def test_what_cannot_be_solved_flies_the_plan_and_then_recovers(flight: Flight) -> None:
+def test_after_a_failed_step_the_plan_is_flown_and_the_solver_recovers(flight: Flight) -> None:
     controller = FormationController(CONFIG)
     replay(controller, flight.measured[:20])
     decisions = [
@@ -222,7 +222,7 @@ def test_what_cannot_be_solved_flies_the_plan_and_then_recovers(flight: Flight) 
     ],
     ids=["follower", "localization", "some", "all"],
 )
-def test_what_is_lost_in_one_step_is_predicted(
+def test_a_measurement_lost_in_one_step_is_predicted(
     exact: Flight, lost: dict[str, tuple[str, ...]], step: int
 ) -> None:
     """Without noise the prediction is as good as a measurement, in the middle of an agile flight too."""
@@ -414,7 +414,7 @@ def other_weights(*overrides: str) -> WeightsConfig:
     return paper_scenario(*overrides).config.controller.weights
 
 
-def test_weights_set_before_the_start_are_as_good_as_configured_ones(flight: Flight) -> None:
+def test_weights_set_before_the_start_equal_configured_ones(flight: Flight) -> None:
     configured = FormationController(paper_scenario(AGILE, *WEIGHTS, *TORQUE, seed=4).config)
     changed = FormationController(CONFIG)
     changed.set_weights(other_weights(*WEIGHTS, *TORQUE))

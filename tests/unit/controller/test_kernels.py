@@ -1,4 +1,4 @@
-"""The compiled kernels: where they are kept, when they are compiled, and what is said when they cannot be."""
+"""The compiled kernels: where they are kept, when they are compiled, and the errors if that fails."""
 
 import shutil
 from pathlib import Path
@@ -36,7 +36,7 @@ class Compiler:
 
 @pytest.fixture
 def compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Compiler:
-    """With an empty cache, and a working folder in which nothing should appear."""
+    """With an empty cache, and a working folder that should stay empty."""
     compiler = Compiler(tmp_path)
     (tmp_path / "working").mkdir()
     (tmp_path / "temporary").mkdir()

@@ -52,7 +52,7 @@ def test_pairs_of_the_formation_cost(choice: str, expected: set[tuple[int, int]]
 
 
 @pytest.mark.parametrize("choice", ["with_leader", "one_way"])
-def test_pairs_that_are_left_out_weigh_nothing(choice: str) -> None:
+def test_pairs_that_are_left_out_have_no_weight(choice: str) -> None:
     problem = random_problem(2, 3, "controller.horizon_steps=6", f"controller.formation_pairs={choice}")
     found = CondensedCost(problem.ocp, make_terms(problem.ocp)).weights
     of_pair = found[: 6 * 6 * 3].reshape(6, 6 * 3)  # pair; stage and axis

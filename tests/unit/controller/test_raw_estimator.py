@@ -44,7 +44,7 @@ class Raw:
 
 
 def make_prediction() -> Prediction:
-    """Numbers that no measurement has."""
+    """Numbers unlike any measurement."""
     states = 0.01 * np.arange(1.0, 1.0 + 3 * layout.N_STATE).reshape(3, layout.N_STATE)
     states[:, layout.POSITION] = states[:, layout.YAW] = 0.0
     geometry = TeamGeometry(
@@ -90,7 +90,7 @@ def test_perfect_measurements_give_the_truth(seed: int) -> None:
     assert not any(raw.yaw_held)
 
 
-def test_the_yaw_of_a_followers_imu_means_nothing() -> None:
+def test_the_yaw_of_a_followers_imu_is_not_used() -> None:
     team = random_team(np.random.default_rng(3), 3, tilt_max=0.9)
     plain = Raw().update(measure(team, NAMES))
     for offsets in ((0.0, 1.0, -2.5), (0.0, math.pi, 0.01)):
@@ -169,7 +169,7 @@ def turned(vehicle: TrueVehicle, yaw_rate: float, time: float) -> TrueVehicle:
 
 @pytest.mark.parametrize("blind_both", [False, True])
 def test_without_mutual_sight_the_yaw_is_held_with_the_gyros(blind_both: bool) -> None:
-    """Tilted vehicles turn about the vertical at different rates; nobody sees follower_1 for two seconds."""
+    """Tilted vehicles turn about the vertical at different rates; follower_1 is not seen for two seconds."""
     team, yaw_rates = random_team(np.random.default_rng(7), 3), (0.7, -1.9, 2.8)
     raw, prediction = Raw(), make_prediction()
     variance = None
@@ -220,7 +220,7 @@ def test_a_vertical_baseline_counts_as_not_seen() -> None:
     for pair, held in enumerate(now.yaw_held):
         assert (now.yaw_variances[pair] > before.yaw_variances[pair]) or not held
         assert now.yaw_variances[pair] < YAW_STD_MAX**2
-    # What is seen is used, even where it says nothing about the yaw.
+    # The position is used, even if it does not determine the yaw.
     np.testing.assert_allclose(
         now.geometry.p_I1I2_I1[0], team[0].levelled.inv().apply([0.02, 0.0, 1.3]), atol=1e-12
     )

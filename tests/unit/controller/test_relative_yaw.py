@@ -130,7 +130,7 @@ def test_covariance_of_the_position_is_a_ball_for_small_noise() -> None:
     np.testing.assert_allclose(covariance, POSITION_STD**2 * np.eye(3), atol=1e-12)
 
 
-def test_variance_grows_as_one_flies_over_the_other() -> None:
+def test_variance_grows_as_one_vehicle_flies_over_the_other() -> None:
     lower = TrueVehicle(np.zeros(3), Rotation.from_euler("ZYX", [0.3, 0.1, -0.2]), np.zeros(3), np.zeros(3))
     variances = []
     for horizontal in (1.0, 0.3, 0.1, 0.01):
@@ -151,12 +151,12 @@ def test_variance_grows_as_one_flies_over_the_other() -> None:
     )
 
 
-def test_nothing_is_known_from_straight_above() -> None:
+def test_variance_is_infinite_from_straight_above() -> None:
     estimate = yaw_from_mutual_sight(seen(2.0, 12.0, 90.0), LEVEL, seen(2.0, 50.0, -90.0), LEVEL)
     assert estimate.variance == math.inf
 
 
-def test_holding_over() -> None:
+def test_a_held_yaw_is_propagated_with_the_yaw_rates() -> None:
     held = propagate(YawEstimate(3.0, 0.01), rate_1=-1.0, rate_2=3.0, rate_variance=0.5, period=0.1)
     assert held.yaw == pytest.approx(3.0 + 0.4 - 2 * math.pi)
     assert held.variance == pytest.approx(0.015)

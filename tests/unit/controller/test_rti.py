@@ -1,4 +1,4 @@
-"""Prepare and feedback: what they keep, and what they refuse; oracles tell whether they solve the problem."""
+"""Prepare and feedback: their state and their errors. The oracle tests check that they solve the problem."""
 
 import dataclasses
 
@@ -48,7 +48,7 @@ def test_inputs_stay_within_their_bounds_and_some_lie_on_them() -> None:
 
 
 def test_iterating_closes_the_gaps_between_the_stages() -> None:
-    """The guess is no motion of the vehicles at all; the plan is one in the end."""
+    """The guess violates the dynamics; the plan obeys them in the end."""
     rti, kernels, plan = make_rti(), kernels_of(PROBLEM.ocp), GUESS
     gaps = []
     for _ in range(30):

@@ -1,6 +1,6 @@
 """The paper's feedback: every state of the horizon's start is taken from one sensor, without any filter.
 
-Position and yaw of each vehicle in its own {mi} are zero by definition; the news about them lies in the
+Position and yaw of each vehicle in its own {mi} are zero by definition; their measurements enter through the
 geometry. What was not measured is taken from the prediction of the last plan.
 """
 

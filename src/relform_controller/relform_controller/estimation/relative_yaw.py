@@ -2,8 +2,7 @@
 
 Vehicle 1 sees vehicle 2 and is seen by it. Levelled with roll and pitch, the two displacements are opposite
 up to the difference of the yaws. The paper solves for psi_1 - psi_2; the rotation of eq. RelPos1 needs its
-negative, which is what everything here returns: ``yaw_I1I2 = psi_2 - psi_1``, so that ``R_I1I2 =
-R_z(yaw_I1I2)``.
+negative. Every function here returns that: ``yaw_I1I2 = psi_2 - psi_1``, so ``R_I1I2 = R_z(yaw_I1I2)``.
 """
 
 import math

@@ -1,1 +1,1 @@
-"""The optimal control problem: model, cost and constraints of the team."""
+"""The optimal control problem: model, terms of the cost, and bounds."""

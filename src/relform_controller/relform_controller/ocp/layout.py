@@ -1,4 +1,4 @@
-"""Where things stand in the vectors of the optimal control problem. Slice by these names, never by number."""
+"""Layout of the state and input vectors of the optimal control problem. Slice by these names."""
 
 # State of one vehicle, eq. MPC_StateDef: s = [p_IB_I, v_IB_I, rpy_IB, w_IB_B].
 POSITION = slice(0, 3)

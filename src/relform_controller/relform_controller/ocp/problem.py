@@ -98,7 +98,7 @@ class Prediction:
 
 @dataclass(frozen=True, eq=False)
 class HorizonReference:
-    """What the plan shall track."""
+    """What the plan should track."""
 
     p_B1B2_C1: Array
     """Formation: position of the target in {mc} of the observer [m], shape (pair, stage 0..N, 3)."""

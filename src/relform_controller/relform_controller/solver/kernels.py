@@ -1,7 +1,7 @@
 """Compiled kernels: model and cost terms with their derivatives, for all vehicles and stages at once.
 
-CasADi writes the C code of one vehicle stage and one pair stage, the machine's C compiler makes a library of
-it, and the library is kept in the user's cache folder under a hash of everything that it depends on.
+CasADi writes the C code, the machine's C compiler makes a library of it, and the library is kept in the
+user's cache folder under a hash of everything that it depends on.
 """
 
 import hashlib
@@ -31,7 +31,7 @@ COMPILER_FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno
 class Kernel:
     """A CasADi function, mapped over items, that is called on NumPy arrays without conversions.
 
-    Calls return the same output arrays again and again: use them before the next call, or copy.
+    Every call returns the same output arrays: use or copy them before the next call.
     """
 
     def __init__(self, function: ca.Function, n_items: int) -> None:

@@ -14,7 +14,7 @@ from relform_core.arrays import Array
 
 
 def hover_plan(initial_states: Array, hover_thrust: float, n_stages: int) -> Plan:
-    """The first guess of a flight: everything stays as it is.
+    """The first guess of a flight: a hover at the given states.
 
     Args:
         initial_states: shape (vehicle, N_STATE).

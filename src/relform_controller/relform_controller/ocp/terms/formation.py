@@ -1,4 +1,4 @@
-"""The formation: each target where its observer wants it (eq. CostFunc1)."""
+"""The formation: position of each target relative to its observer (eqs. CostFunc1 and CostFunc2)."""
 
 from collections.abc import Sequence
 

@@ -16,7 +16,7 @@ from relform_core.arrays import Array, Integers
 from relform_core.controller_config import WeightsConfig
 
 CompiledFunction = Callable[..., tuple[Array, ...]]
-"""A CasADi function over all its items at once; its outputs hold until its next call."""
+"""A CasADi function that evaluates all its items; its outputs are valid until the next call."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class ByStates:
     """
 
     vehicles: Integers
-    """Whose states, by item of the term."""
+    """The vehicle of each item of the term."""
     components: slice | Sequence[int]
     """Of the state."""
     values: Array
@@ -76,7 +76,7 @@ class ByInputs:
     """Derivatives of a residual by the inputs of one vehicle, at its own stage or at the one before."""
 
     vehicles: Integers
-    """Whose inputs, by item of the term."""
+    """The vehicle of each item of the term."""
     values: Array
     """Shape (item, stage, row, N_INPUT)."""
     lag: int = 0
@@ -88,7 +88,7 @@ class Term(Protocol):
 
     @property
     def name(self) -> str:
-        """For people."""
+        """Name of the term; that of its weight in ``WeightsConfig``, if it has one there."""
 
     @property
     def n_items(self) -> int:

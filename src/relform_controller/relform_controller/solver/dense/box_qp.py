@@ -1,4 +1,4 @@
-"""Quadratic program with bounds: factorised once, then solved for any gradient at little cost."""
+"""Quadratic program with bounds: factorised once, then solved cheaply for any gradient."""
 
 from dataclasses import dataclass
 

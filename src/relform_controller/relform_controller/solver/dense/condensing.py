@@ -10,7 +10,7 @@ from relform_core.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class StateMaps:
-    """dx_k = by_inputs_k du + by_initial_k dx_0 + offset_k, vehicle by vehicle: no two are coupled."""
+    """dx_k = by_inputs_k du + by_initial_k dx_0 + offset_k of each vehicle: the dynamics couple none."""
 
     by_inputs: Array
     """Shape (vehicle, stage 0..N, N_STATE, N * N_INPUT); du holds the own inputs, stage by stage."""
@@ -35,7 +35,7 @@ def condense(A: Array, B: Array, gaps: Array) -> StateMaps:
     """
     n_vehicles, n_stages, _, n_input = B.shape
     n_own = n_stages * n_input
-    # One matrix per stage holds all three maps side by side, so that one product moves them on.
+    # One matrix per stage holds all three maps side by side, so that one product advances all of them.
     maps = np.zeros((n_vehicles, n_stages + 1, layout.N_STATE, n_own + layout.N_STATE + 1))
     maps[:, 0, :, n_own:-1] = np.eye(layout.N_STATE)
     for k in range(n_stages):
