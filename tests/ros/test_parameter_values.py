@@ -54,6 +54,7 @@ def test_file(tmp_path: Path) -> None:
         (b"[1, 2", " is not YAML: expected ',' or ']', but got '<stream end>' at line 1, column 6"),
         (b"\xff\xfe\x00", " is not YAML: cannot be read"),
         (b"", " is not '<node>: {ros__parameters: {...}}'"),
+        (b"[1]", " is not '<node>: {ros__parameters: {...}}'"),
         (b"5", " is not '<node>: {ros__parameters: {...}}'"),
         (b"/alpha/talker: {gain: 5.0}", " is not '<node>: {ros__parameters: {...}}'"),
         (b"/alpha/talker: {ros__parameters: 5}", " is not '<node>: {ros__parameters: {...}}'"),

@@ -119,7 +119,7 @@ def parameters_from_file(path: str, use_wildcard: bool) -> list[Parameter]:
         selected = [node for node in sorted(nodes, key=WILDCARD.__ne__) if use_wildcard or node != WILDCARD]
         for node in selected:
             values.update(_flat(nodes[node]["ros__parameters"]))
-    except (AttributeError, KeyError, TypeError):
+    except (AttributeError, IndexError, KeyError, TypeError):
         raise CommandError(f"{path} is not '<node>: {{ros__parameters: {{...}}}}'") from None
     if not selected:
         raise CommandError("Param file does not contain selected parameters")
