@@ -227,6 +227,13 @@ def test_depths_below_one_mean_the_preset(live_nodes: dict[str, str], tmp_path: 
     assert answer == Answer("data: 'it''s 5 o''clock: #1'\n---\n", "", 0)
 
 
+@pytest.mark.parametrize(
+    ("verb", "count"), [("topic find -c std_msgs/msg/String", 3), ("service find -c std_srvs/srv/SetBool", 1)]
+)
+def test_find_counts(live_nodes: dict[str, str], tmp_path: Path, verb: str, count: int) -> None:
+    assert ask(f"ros2 {verb}", live_nodes, tmp_path) == Answer(f"{count}\n", "", 0)
+
+
 PUBLISH_NOW = "ros2 topic pub --once -w 0 -s /stamped std_msgs/msg/Header 'stamp: now'"
 
 

@@ -10,6 +10,8 @@ from relform_cli.errors import CommandError
 
 KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 
+EXAMPLES = {"msg": "std_msgs/msg/String", "srv": "std_srvs/srv/Trigger"}
+
 _INDEX = "rosidl_interfaces"
 
 
@@ -41,9 +43,9 @@ def _interface_class(name: str, kind: str, word: str, attributes: tuple[str, ...
                 return found
     except (ModuleNotFoundError, AttributeError):
         pass
-    example = {"msg": "std_msgs/msg/String", "srv": "std_srvs/srv/Trigger"}[kind]
     raise CommandError(
-        f"The passed {word} type is invalid: '{name}'; an example is {example}, ros2 interface list shows all"
+        f"The passed {word} type is invalid: '{name}'; "
+        f"an example is {EXAMPLES[kind]}, ros2 interface list shows all"
     )
 
 

@@ -2,7 +2,7 @@
 
 import sys
 import time
-from argparse import SUPPRESS, ArgumentParser, Namespace
+from argparse import ArgumentParser, Namespace
 from typing import Any
 
 from rclpy.client import Client
@@ -21,6 +21,13 @@ from relform_cli.graph import (
     spin,
 )
 from relform_cli.interfaces import all_interfaces, service_class
+from relform_cli.listing import (
+    add_find_arguments,
+    add_hidden_argument,
+    add_list_arguments,
+    print_found,
+    print_list,
+)
 from relform_cli.message_fields import message_from_yaml
 from relform_cli.message_text import to_yaml
 
@@ -29,24 +36,15 @@ PATIENCE_S = 1.0
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    add_hidden_argument(parser, default=False)
+    add_hidden_argument(parser, "services", default=False)
     verbs = VerbParsers(parser)
 
-    verb = verbs.add("list", list_services)
-    add_graph_arguments(verb)
-    verb.add_argument("-t", "--show-types", action="store_true", help="show the types as well")
-    verb.add_argument("-c", "--count-services", action="store_true", help="show only the number of services")
-    add_hidden_argument(verb)
-
+    add_list_arguments(verbs.add("list", list_services), "services")
     verb = verbs.add("type", print_type)
     add_graph_arguments(verb)
     add_service_argument(verb)
 
-    verb = verbs.add("find", find)
-    add_graph_arguments(verb)
-    completed_by(complete_type, verb.add_argument("service_type", help="such as std_srvs/srv/Trigger"))
-    verb.add_argument("-c", "--count-services", action="store_true", help="show only the number of services")
-    add_hidden_argument(verb)
+    add_find_arguments(verbs.add("find", find), "services", "srv")
 
     verb = verbs.add("call", call)
     add_service_argument(verb)
@@ -62,29 +60,21 @@ def add_arguments(parser: ArgumentParser) -> None:
     verb.add_argument("-r", "--rate", type=float, metavar="HZ", help="call repeatedly at this rate")
 
 
-def add_hidden_argument(parser: ArgumentParser, default: Any = SUPPRESS) -> None:
-    parser.add_argument(
-        "--include-hidden-services", action="store_true", default=default, help="hidden services as well"
-    )
-
-
 def add_service_argument(parser: ArgumentParser) -> None:
     completed_by(complete_service, parser.add_argument("service_name", help="such as /leader/start"))
 
 
 def complete_service(parsed_args: Namespace, **_: object) -> list[str]:
     with glanced_at(parsed_args) as node:
-        return [name for name, _ in services(node, parsed_args.include_hidden_services)]
-
-
-def complete_type(**_: object) -> list[str]:
-    return all_interfaces("srv")
+        return [name for name, _ in services(node, parsed_args.include_hidden)]
 
 
 def complete_type_of_service(parsed_args: Namespace, **_: object) -> list[str]:
     """The types of the service named before; all types if it has none."""
     with glanced_at(parsed_args) as node:
-        return dict(services(node, include_hidden=True)).get(parsed_args.service_name) or complete_type()
+        return dict(services(node, include_hidden=True)).get(parsed_args.service_name) or all_interfaces(
+            "srv"
+        )
 
 
 def complete_values(parsed_args: Namespace, **_: object) -> list[str]:
@@ -94,17 +84,12 @@ def complete_values(parsed_args: Namespace, **_: object) -> list[str]:
 def discovered_services(arguments: Namespace) -> NamesAndTypes:
     with graph_node(arguments) as node:
         discover_all(node, arguments)
-        return services(node, arguments.include_hidden_services)
+        return services(node, arguments.include_hidden)
 
 
 def list_services(arguments: Namespace) -> None:
     """List the services."""
-    found = discovered_services(arguments)
-    if arguments.count_services:
-        print(len(found))
-        return
-    for name, types in found:
-        print(f"{name} [{', '.join(types)}]" if arguments.show_types else name)
+    print_list(discovered_services(arguments), arguments)
 
 
 def print_type(arguments: Namespace) -> int:
@@ -112,7 +97,7 @@ def print_type(arguments: Namespace) -> int:
     with graph_node(arguments) as node:
 
         def types() -> list[str]:
-            return dict(services(node, arguments.include_hidden_services)).get(arguments.service_name, [])
+            return dict(services(node, arguments.include_hidden)).get(arguments.service_name, [])
 
         discover(node, arguments, wanted=lambda: bool(types()), quiet_s=0.0)
         for type_ in types():
@@ -122,12 +107,7 @@ def print_type(arguments: Namespace) -> int:
 
 def find(arguments: Namespace) -> None:
     """List the services of a type."""
-    found = [name for name, types in discovered_services(arguments) if arguments.service_type in types]
-    if arguments.count_services:
-        print(len(found))
-        return
-    for name in found:
-        print(name)
+    print_found(discovered_services(arguments), arguments)
 
 
 def call(arguments: Namespace) -> None:

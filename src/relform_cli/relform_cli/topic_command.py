@@ -1,30 +1,31 @@
 """Topics: list them, show and publish messages, measure rates."""
 
-from argparse import SUPPRESS, ArgumentParser, Namespace
-from typing import Any
+from argparse import ArgumentParser, Namespace
 
 from relform_cli import topic_echo, topic_pub, topic_rates
 from relform_cli.commands import VerbParsers
-from relform_cli.completion import completed_by
 from relform_cli.discovery import discover, discover_all
 from relform_cli.errors import CommandError
-from relform_cli.graph import NamesAndTypes, add_graph_arguments, graph_node, topics
-from relform_cli.interfaces import all_interfaces
+from relform_cli.graph import add_graph_arguments, graph_node, topics
+from relform_cli.listing import (
+    add_find_arguments,
+    add_hidden_argument,
+    add_list_arguments,
+    print_found,
+    print_list,
+)
 from relform_cli.topic_names import add_topic_argument, topic_types
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    add_hidden_argument(parser, default=False)
+    add_hidden_argument(parser, "topics", default=False)
     verbs = VerbParsers(parser)
 
     verb = verbs.add("list", list_topics)
-    add_graph_arguments(verb)
-    verb.add_argument("-t", "--show-types", action="store_true", help="show the types as well")
-    verb.add_argument("-c", "--count-topics", action="store_true", help="show only the number of topics")
+    add_list_arguments(verb, "topics")
     verb.add_argument(
         "-v", "--verbose", action="store_true", help="show the numbers of publishers and subscribers"
     )
-    add_hidden_argument(verb)
 
     verb = verbs.add("info", info)
     add_graph_arguments(verb)
@@ -37,14 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_graph_arguments(verb)
     add_topic_argument(verb)
 
-    verb = verbs.add("find", find)
-    add_graph_arguments(verb)
-    completed_by(
-        lambda **_: all_interfaces("msg"), verb.add_argument("topic_type", help="such as std_msgs/msg/String")
-    )
-    verb.add_argument("-c", "--count-topics", action="store_true", help="show only the number of topics")
-    add_hidden_argument(verb)
-
+    add_find_arguments(verbs.add("find", find), "topics", "msg")
     topic_echo.add_arguments(verbs.add("echo", topic_echo.echo))
     topic_pub.add_arguments(verbs.add("pub", topic_pub.publish))
     topic_rates.add_hz_arguments(verbs.add("hz", topic_rates.hz))
@@ -52,33 +46,18 @@ def add_arguments(parser: ArgumentParser) -> None:
     topic_rates.add_delay_arguments(verbs.add("delay", topic_rates.delay))
 
 
-def add_hidden_argument(parser: ArgumentParser, default: Any = SUPPRESS) -> None:
-    parser.add_argument(
-        "--include-hidden-topics", action="store_true", default=default, help="hidden topics as well"
-    )
-
-
-def discovered_topics(arguments: Namespace) -> NamesAndTypes:
-    with graph_node(arguments) as node:
-        discover_all(node, arguments)
-        return topics(node, arguments.include_hidden_topics)
-
-
 def list_topics(arguments: Namespace) -> None:
     """List the topics."""
     with graph_node(arguments) as node:
         discover_all(node, arguments)
-        found = topics(node, arguments.include_hidden_topics)
-        if arguments.count_topics:
-            print(len(found))
-        elif arguments.verbose:
+        found = topics(node, arguments.include_hidden)
+        if arguments.verbose and not arguments.count:
             publishers = [(name, types, node.count_publishers(name)) for name, types in found]
             subscribers = [(name, types, node.count_subscribers(name)) for name, types in found]
             print_counts("Published", "publisher", publishers)
             print_counts("Subscribed", "subscriber", subscribers)
         else:
-            for name, types in found:
-                print(f"{name} [{', '.join(types)}]" if arguments.show_types else name)
+            print_list(found, arguments)
 
 
 def print_counts(participle: str, noun: str, counts: list[tuple[str, list[str], int]]) -> None:
@@ -113,7 +92,7 @@ def print_type(arguments: Namespace) -> int:
     name = arguments.topic_name
     with graph_node(arguments) as node:
         discover(node, arguments, wanted=lambda: bool(topic_types(node, name)), quiet_s=0.0)
-        types = dict(topics(node, arguments.include_hidden_topics)).get(name, [])
+        types = dict(topics(node, arguments.include_hidden)).get(name, [])
     for type_ in types:
         print(type_)
     return 0 if types else 1
@@ -121,9 +100,6 @@ def print_type(arguments: Namespace) -> int:
 
 def find(arguments: Namespace) -> None:
     """List the topics of a type."""
-    found = [name for name, types in discovered_topics(arguments) if arguments.topic_type in types]
-    if arguments.count_topics:
-        print(len(found))
-        return
-    for name in found:
-        print(name)
+    with graph_node(arguments) as node:
+        discover_all(node, arguments)
+        print_found(topics(node, arguments.include_hidden), arguments)

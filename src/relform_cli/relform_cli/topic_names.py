@@ -19,7 +19,7 @@ def add_topic_argument(parser: ArgumentParser, dest: str = "topic_name") -> None
 
 def complete_topic(parsed_args: Namespace, **_: object) -> list[str]:
     with glanced_at(parsed_args) as node:
-        return [name for name, _ in topics(node, parsed_args.include_hidden_topics)]
+        return [name for name, _ in topics(node, parsed_args.include_hidden)]
 
 
 def complete_message_type(parsed_args: Namespace, **_: object) -> list[str]:
