@@ -21,8 +21,9 @@ from relform_bringup.supervisor import Child, Supervisor
 from relform_core.errors import BagError, FlightError
 from relform_core.installed import executable
 from relform_core.load import LoadedScenario
-from relform_core.names import CLOCK_NODE, CONTROLLER_NODE, MONITOR_NODE, RECORDER_NODE, vehicle_node
+from relform_core.names import CLOCK_NODE, MONITOR_NODE, RECORDER_NODE, vehicle_node
 from relform_core.ros_domain import claimed_domain
+from relform_core.roster import Roster
 from relform_core.run_folder import RunFolder
 
 if TYPE_CHECKING:
@@ -123,10 +124,13 @@ class Flight:
             ROS_DOMAIN_ID=str(domain_id),
             ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST",
         )
-        for vehicle in self._scenario.config.team.vehicles:
-            arguments = ["-r", f"__ns:=/{vehicle}"]
-            self._start_node(vehicle_node(vehicle), "relform_sim", "quadrotor", *arguments)
-        self._start_node(CONTROLLER_NODE, "relform_controller", "controller")
+        roster = Roster.of(self._scenario.config, self._observers)
+        for vehicle in roster.vehicles:
+            namespace = f"__ns:=/{vehicle}"
+            self._start_node(vehicle_node(vehicle), "relform_sim", "quadrotor", "-r", namespace)
+        for controller in roster.controllers:
+            namespace = f"__ns:=/{controller.name}"
+            self._start_node(controller.node, "relform_controller", "controller", "-r", namespace)
         self._start_node(CLOCK_NODE, "relform_sim", "clock")
         if RECORDER_NODE in self._observers:
             output = f"output:={json.dumps(str(self._folder.bag))}"

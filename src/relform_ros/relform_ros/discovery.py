@@ -44,5 +44,5 @@ def check_name(name: str, known: Sequence[str]) -> None:
     if name not in known:
         raise ConfigError(
             f"unknown node name {name}, expected one of {', '.join(known)}: start the node without "
-            "-r __node:=, and with -r __ns:= only if it is a vehicle"
+            "-r __node:=, and with -r __ns:= only for the namespace of a vehicle or controller"
         )

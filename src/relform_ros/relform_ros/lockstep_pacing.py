@@ -121,14 +121,14 @@ class LockstepPacing:
     def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
         """See ``Pacing``."""
         topics = tuple(self._inboxes if topics is None else topics)
-        announced = self._announced.intersection(topics)
-        self._wait(lambda: self._has_arrived(step, topics))
-        due = self._due(step, topics)
-        assert due is not None
-        faulty = bool(announced) and self._announcements.faulty(step)
+        due = {topic: {step * self._period_ns: 1} for topic in topics if topic not in self._announced}
+        announced, faulty = self._announced.intersection(topics), False
         if announced:
+            due |= self._wait_for_announcements(step, announced)
+            faulty = self._announcements.faulty(step)
             self._announcements.close(step)
-        taken = {topic: self._inboxes[topic].take(step, due.get(topic, {})) for topic in topics}
+        self._wait(lambda: all(self._inboxes[topic].has(stamps) for topic, stamps in due.items()))
+        taken = {topic: self._inboxes[topic].take(step, due[topic]) for topic in topics}
         messages = {
             topic: tuple(each) for topic, each in taken.items() if each and topic not in self._watched
         }
@@ -167,21 +167,14 @@ class LockstepPacing:
             self._spinner.once()
             self._look_for_clock()
 
-    def _has_arrived(self, step: int, topics: Iterable[str]) -> bool:
-        due = self._due(step, topics)
-        return due is not None and all(self._inboxes[topic].has(stamps) for topic, stamps in due.items())
-
-    def _due(self, step: int, topics: Iterable[str]) -> dict[str, dict[int, int]] | None:
-        """Number of messages that are due in a step by topic and stamp [ns]; None: not known yet."""
-        due = {topic: {step * self._period_ns: 1} for topic in topics if topic not in self._announced}
-        announced = {topic: dict[int, int]() for topic in topics if topic in self._announced}
-        if announced:
-            if (sent := self._announcements.sent(step)) is None:
-                return None
-            for (topic, stamp_ns), number in sent.items():
-                if topic in announced:
-                    announced[topic][stamp_ns] = number
-        return due | announced
+    def _wait_for_announcements(self, step: int, topics: Iterable[str]) -> dict[str, dict[int, int]]:
+        """Number of messages that were sent in a step on some topics, by topic and stamp [ns]."""
+        self._wait(lambda: self._announcements.sent(step) is not None)
+        due: dict[str, dict[int, int]] = {topic: {} for topic in topics}
+        for (topic, stamp_ns), number in (self._announcements.sent(step) or {}).items():
+            if topic in due:
+                due[topic][stamp_ns] = number
+        return due
 
     def _look_for_clock(self) -> None:
         """Find out whether the clock is gone for good; before its first tick another may be started."""
