@@ -1,4 +1,4 @@
-"""The barrier by itself, with a clock that the test turns."""
+"""The barrier alone, with a clock that the test sets."""
 
 import pytest
 
@@ -65,7 +65,7 @@ def fly(barrier: Barrier, steps: int) -> None:
         barrier.advance()
 
 
-def test_who_flies_something_else_ends_the_run_at_once(barrier: Barrier) -> None:
+def test_a_member_with_another_configuration_ends_the_run(barrier: Barrier) -> None:
     for node in MEMBERS:
         barrier.add(Done(node, JOINED, (), "", CONFIGURATION))
     assert not barrier.complete()
@@ -78,7 +78,7 @@ def test_who_flies_something_else_ends_the_run_at_once(barrier: Barrier) -> None
     )
 
 
-def test_who_joins_in_flight_does_not_end_it(barrier: Barrier) -> None:
+def test_a_node_that_joins_a_running_flight_is_ignored(barrier: Barrier) -> None:
     fly(barrier, 3)
     with pytest.raises(RejectionError) as error:
         barrier.add(Done(FOLLOWER, JOINED, (), "", "another"))
@@ -98,7 +98,7 @@ def test_a_step_begins_when_all_have_finished_the_one_before(barrier: Barrier) -
         assert not barrier.complete()
 
 
-def test_each_step_has_its_own_time(barrier: Barrier, now: SteadyClock) -> None:
+def test_each_step_has_its_own_time_limit(barrier: Barrier, now: SteadyClock) -> None:
     now.time += 59.0
     fly(barrier, 1)
     for _ in range(5):
@@ -107,7 +107,7 @@ def test_each_step_has_its_own_time(barrier: Barrier, now: SteadyClock) -> None:
         fly(barrier, 1)
 
 
-def test_who_is_late_is_named_with_step_time_and_limit(barrier: Barrier, now: SteadyClock) -> None:
+def test_late_members_are_named_with_step_time_and_limit(barrier: Barrier, now: SteadyClock) -> None:
     fly(barrier, 44)
     finish(barrier, LEADER)
     now.time += 2.1
@@ -120,7 +120,7 @@ def test_who_is_late_is_named_with_step_time_and_limit(barrier: Barrier, now: St
     )
 
 
-def test_who_is_not_ready_is_named(barrier: Barrier, now: SteadyClock) -> None:
+def test_members_that_are_not_ready_are_named(barrier: Barrier, now: SteadyClock) -> None:
     finish(barrier, CONTROLLER, LEADER)
     now.time += 59.9
     assert not barrier.complete()
@@ -135,7 +135,7 @@ def test_all_may_finish_at_the_last_moment(barrier: Barrier, now: SteadyClock) -
     assert barrier.complete()
 
 
-def test_a_fault_ends_the_run_when_all_have_taken_in_the_step(barrier: Barrier) -> None:
+def test_a_fault_ends_the_run_when_all_have_finished_the_step(barrier: Barrier) -> None:
     fly(barrier, 3)
     finish(barrier, FOLLOWER, fault="follower_1 collided with leader")
     finish(barrier, LEADER)
@@ -177,7 +177,7 @@ def test_rejected(barrier: Barrier, done: Done, reason: Reason) -> None:
     assert barrier.advance() == 6
 
 
-def test_who_flies_already_is_not_ready(barrier: Barrier) -> None:
+def test_a_member_of_a_running_flight_cannot_become_ready(barrier: Barrier) -> None:
     with pytest.raises(RejectionError, match=r"leader/quadrotor is in step 17, now is -1"):
         barrier.add(Done(LEADER, 17, (), ""))
 
@@ -186,12 +186,12 @@ class TestObservers:
     @pytest.fixture(autouse=True)
     def started(self, observed: Barrier) -> None:
         finish(observed, *MEMBERS, RECORDER)
-        assert not observed.complete()  # before the start they are waited for
+        assert not observed.complete()  # before the start it waits for them
         finish(observed, MONITOR)
         assert observed.complete()
         assert observed.advance() == 0
 
-    def test_may_be_one_step_behind_and_no_more(self, observed: Barrier) -> None:
+    def test_may_be_one_step_behind_but_not_two(self, observed: Barrier) -> None:
         finish(observed, *MEMBERS)
         for step in range(1, 5):
             assert observed.complete()
@@ -201,7 +201,7 @@ class TestObservers:
                 assert not observed.complete()
                 observed.add(Done(observer, step - 1, (), ""))
 
-    def test_who_is_too_far_behind_is_named(self, observed: Barrier, now: SteadyClock) -> None:
+    def test_an_observer_that_is_too_late_is_named(self, observed: Barrier, now: SteadyClock) -> None:
         finish(observed, *MEMBERS, MONITOR)
         observed.advance()
         finish(observed, *MEMBERS)
@@ -209,7 +209,7 @@ class TestObservers:
         with pytest.raises(SilentNodeError, match=r"^step 1 \(0.05 s\) .*: /recorder$"):
             observed.complete()
 
-    def test_are_waited_for_at_the_end(self, observed: Barrier) -> None:
+    def test_must_finish_the_last_step(self, observed: Barrier) -> None:
         for _ in range(6):
             finish(observed, *MEMBERS, RECORDER, MONITOR)
             observed.advance()
@@ -218,7 +218,7 @@ class TestObservers:
         finish(observed, MONITOR)
         assert observed.complete()
 
-    def test_are_waited_for_after_a_fault(self, observed: Barrier) -> None:
+    def test_must_finish_the_step_of_a_fault(self, observed: Barrier) -> None:
         finish(observed, LEADER, FOLLOWER)
         finish(observed, CONTROLLER, fault="no plan")
         assert not observed.complete()
@@ -227,7 +227,7 @@ class TestObservers:
         with pytest.raises(VehicleFaultError, match="no plan"):
             observed.advance()
 
-    def test_one_that_cannot_go_on_is_not_waited_for(self, observed: Barrier) -> None:
+    def test_the_barrier_does_not_wait_for_one_that_cannot_continue(self, observed: Barrier) -> None:
         finish(observed, *MEMBERS)
         observed.advance()
         observed.add(Done(RECORDER, 0, (), "disk full"))

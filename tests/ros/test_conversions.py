@@ -1,4 +1,4 @@
-"""What is sent arrives bit for bit, and what cannot be used does not get past the wire."""
+"""Measurements and commands arrive bit for bit; messages that cannot be used are rejected with the reason."""
 
 import inspect
 import math
@@ -224,7 +224,7 @@ def change(message: Any, path: str, value: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_message_that_is_spoiled_below_is_good(kind: str) -> None:
+def test_the_unchanged_messages_are_accepted(kind: str) -> None:
     make, take = KINDS[kind]
     assert take(over_the_wire(make())).stamp_ns == STAMP_NS
 
@@ -319,14 +319,14 @@ def test_a_zero_quaternion_is_rejected() -> None:
         imu_wire.from_msg(message, NAME, TEAM)
 
 
-def test_a_plan_of_a_broken_interval_is_rejected() -> None:
+def test_a_plan_with_an_incomplete_interval_is_rejected() -> None:
     message = command_message()
     message.predicted_speeds.pop()
     with pytest.raises(RejectionError, match=re.escape("must hold 4 per interval (got 55)")):
         commands.rotor_command_from_msg(over_the_wire(message), NAME)
 
 
-def test_an_optic_flow_says_that_it_does_not_measure_rates() -> None:
+def test_the_rates_of_an_optic_flow_are_marked_as_not_measured() -> None:
     message = flow_message()
     covariance = np.reshape(message.twist.covariance, (6, 6))
     assert np.all(covariance.diagonal()[3:] >= 1e6)

@@ -1,4 +1,4 @@
-"""A clean shell finds the workspace, sourced or not, wherever it stands and whatever it inherits."""
+"""A clean shell finds the workspace, sourced or not, in any folder and with any inherited environment."""
 
 import os
 import shutil
@@ -13,7 +13,7 @@ PYTHON = WORKSPACE / ".venv/bin/python"
 EXECUTABLES: dict[str, EntryPoint] = {
     entry.name: entry for entry in entry_points(group="console_scripts") if entry.value.startswith("relform_")
 }
-NODES = ("clock", "controller", "player", "quadrotor", "recorder")
+NODES = ("clock", "controller", "leader", "player", "quadrotor", "recorder")
 COMMANDS = ("bench", "check_playback", "fly", "foxglove", "paper", "record", "replay", "report", "sweep")
 
 PROBE = """
@@ -82,7 +82,7 @@ def test_command_is_where_ros2_run_looks(name: str, tmp_path: Path) -> None:
 
 
 def run_executable(name: str, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Start an executable by its installed file, elsewhere than in the workspace."""
+    """Start an installed executable outside of the workspace."""
     package = EXECUTABLES[name].module.partition(".")[0]
     executable = WORKSPACE / "install" / package / "lib" / package / name
     environment = os.environ | {"ROS_LOG_DIR": str(folder)}

@@ -1,4 +1,4 @@
-"""scripts/fly.py as a user runs it: what it leaves behind, and how it ends whatever happens to whom."""
+"""scripts/fly.py as a user runs it: the files of a run, and every way in which a flight ends."""
 
 import json
 import os
@@ -32,7 +32,7 @@ END_S = 3.0
 
 
 class Fly:
-    """One run of the script; it and all its nodes are gone at the end, or the test fails."""
+    """One run of the script; the test fails if a process of it is left at the end."""
 
     def __init__(self, folder: Path, *arguments: str, overrides: tuple[str, ...] = ()) -> None:
         self.folder = folder
@@ -68,7 +68,7 @@ class Fly:
         return summary
 
     def end(self, timeout_s: float = 90.0) -> int:
-        """Wait for the end and return the exit code; not a single process may be left."""
+        """Wait for the end and return the exit code; no process may be left."""
         code = self.process.wait(timeout_s)
         assert processes_naming(str(self.folder)) == {}
         return code
@@ -83,7 +83,7 @@ class Fly:
         return sum(file.stat().st_size for file in (self.folder / "bag").glob("*.mcap"))
 
     def node(self, *marks: str) -> int:
-        """Process id of the node in whose command line all these texts occur."""
+        """Process id of the node with all these texts in its command line."""
         commands = processes_naming(str(self.folder))
         (pid,) = [pid for pid, command in commands.items() if all(mark in command for mark in marks)]
         return pid
@@ -118,7 +118,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Fly]:
     return flights
 
 
-def test_what_a_flight_leaves_behind(flown: dict[str, Fly]) -> None:
+def test_files_of_a_run(flown: dict[str, Fly]) -> None:
     flight = flown["first"]
     names = {path.name for path in flight.folder.iterdir()}
     assert {"bag", "config.yaml", "flight.png", "log", "summary.json"} <= names
@@ -133,7 +133,7 @@ def test_what_a_flight_leaves_behind(flown: dict[str, Fly]) -> None:
     assert summary["realtime_factor"] == pytest.approx(1.0 / summary["wall_s"])
 
 
-def test_what_a_user_sees(flown: dict[str, Fly]) -> None:
+def test_output_of_a_flight(flown: dict[str, Fly]) -> None:
     lines = flown["first"].out.splitlines()
     assert lines[0].startswith("starting 6 nodes, ROS_DOMAIN_ID=")
     # The error is that of a step of which all has come in: at the first line there may be none yet.
@@ -142,7 +142,7 @@ def test_what_a_user_sees(flown: dict[str, Fly]) -> None:
     assert lines[-1].startswith(str(flown["first"].folder))
 
 
-def test_the_same_seed_gives_the_same_flight_bit_for_bit(flown: dict[str, Fly]) -> None:
+def test_same_seed_gives_the_same_flight_bit_for_bit(flown: dict[str, Fly]) -> None:
     first, second = (read_flight_log(flown[name].folder) for name in ("first", "second"))
     expected = fly_in_process(load_scenario(flown["first"].folder / "config.yaml"))
     for log in (second, expected):
@@ -150,7 +150,7 @@ def test_the_same_seed_gives_the_same_flight_bit_for_bit(flown: dict[str, Fly]) 
             assert getattr(first, name).tobytes() == getattr(log, name).tobytes(), name
 
 
-def test_the_whole_scenario_is_the_same_with_ros_without_and_replayed(fly: Callable[..., Fly]) -> None:
+def test_scenario_is_equal_with_ros_without_ros_and_replayed(fly: Callable[..., Fly]) -> None:
     flight = fly("--seed", "5", overrides=())
     assert flight.end() == 0, flight.err
     scenario = load_scenario(PAPER, seed=5)
@@ -175,20 +175,20 @@ def mean_rpm(log: FlightLog) -> float:
     return float(np.mean(log.rotor_speeds)) * 60.0 / (2.0 * np.pi)
 
 
-def test_an_existing_folder_is_not_touched(tmp_path: Path) -> None:
+def test_existing_folder_is_not_changed(tmp_path: Path) -> None:
     folder = tmp_path / "there"
     folder.mkdir()
     with Fly(folder) as flight:
         assert flight.end() == EXIT_BAD_INPUT
-    assert flight.err == f"error: {folder} exists already, not overwriting.\n"
+    assert flight.err == f"error: {folder} exists already; choose another folder\n"
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.parametrize("when", ["at once", "nodes", "in flight"])
+@pytest.mark.parametrize("when", ["early", "nodes", "in flight"])
 def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
     flight = fly()
     match when:
-        case "at once":
+        case "early":
             wait_until(flight.folder.exists)
         case "nodes":
             wait_until(lambda: len(processes_naming(str(flight.folder))) == 7)
@@ -203,6 +203,8 @@ def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
     assert (summary["outcome"], summary["reason"]) == ("interrupted", "interrupted by SIGINT")
     if when == "in flight":
         assert summary["steps"] > 0
+        assert f"open {flight.folder / 'report.html'}" in flight.out.splitlines()
+        assert (flight.folder / "report.html").exists()
         assert len(read_flight_log(flight.folder).phase) >= summary["steps"]
 
 
@@ -216,7 +218,7 @@ def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
     ],
     ids=["vehicle", "controller", "clock", "recorder"],
 )
-def test_a_node_that_dies_is_named(marks: tuple[str, ...], name: str, fly: Callable[..., Fly]) -> None:
+def test_lost_node_is_named(marks: tuple[str, ...], name: str, fly: Callable[..., Fly]) -> None:
     flight = fly()
     flight.in_the_air()
     os.kill(flight.node(*marks), signal.SIGKILL)
@@ -226,13 +228,13 @@ def test_a_node_that_dies_is_named(marks: tuple[str, ...], name: str, fly: Calla
     assert match is not None, flight.err
     step = int(match[1])
     assert float(match[2]) == pytest.approx(step * 0.05)
-    assert abs(summary["steps"] - step) <= 1  # it may have died in the midst of a step
+    assert abs(summary["steps"] - step) <= 1  # it may have died within a step
     assert (summary["outcome"], summary["reason"]) == ("failed", flight.err.strip().removeprefix("error: "))
     recorded = len(read_flight_log(flight.folder).phase)
     assert recorded > 0 if name == "/recorder" else recorded >= summary["steps"]  # its last chunk was lost
 
 
-def test_nobody_outlives_the_script(fly: Callable[..., Fly]) -> None:
+def test_no_process_outlives_the_script(fly: Callable[..., Fly]) -> None:
     flight = fly()
     flight.in_the_air()
     flight.process.kill()
@@ -242,7 +244,7 @@ def test_nobody_outlives_the_script(fly: Callable[..., Fly]) -> None:
     assert len(read_flight_log(flight.folder).phase) > 0
 
 
-def test_a_fault_ends_the_flight(fly: Callable[..., Fly]) -> None:
+def test_fault_ends_the_flight(fly: Callable[..., Fly]) -> None:
     fall = "events=[{kind: thrust_scale, start_s: 0.5, end_s: 9.0, target: follower_2, scale: 0.2}]"
     flight = fly(overrides=(LONG, fall))
     assert flight.end() == EXIT_FAULT

@@ -19,7 +19,7 @@ def reason_of(error: pytest.ExceptionInfo[RejectionError]) -> Reason:
     return error.value.reason
 
 
-def test_stamp_tells_the_step_or_is_invalid() -> None:
+def test_a_stamp_is_that_of_a_step_or_invalid() -> None:
     assert step_at(7 * PERIOD_NS, PERIOD_NS) == 7
     with pytest.raises(RejectionError, match="350000001 ns") as error:
         step_at(7 * PERIOD_NS + 1, PERIOD_NS)
@@ -27,7 +27,7 @@ def test_stamp_tells_the_step_or_is_invalid() -> None:
 
 
 class TestAnnouncements:
-    def test_known_only_when_all_awaited_have_finished(self) -> None:
+    def test_complete_when_all_awaited_have_finished(self) -> None:
         announcements = Announcements([A, B])
         announcements.add(done(A, 0, "/a/imu", "/formation/events"))
         assert announcements.sent(0) is None
@@ -37,7 +37,7 @@ class TestAnnouncements:
         )
         assert announcements.sent(1) is None
 
-    def test_that_a_member_is_ready_says_nothing_about_a_step(self) -> None:
+    def test_a_ready_member_has_finished_no_step(self) -> None:
         announcements = Announcements([A])
         announcements.add(done(A, READY))
         announcements.add(done(A, READY))
@@ -127,7 +127,7 @@ class TestInbox:
         assert inbox.take(4, due) == ["3 steps late", "1 step late", "on time"]
         assert rejected == []
 
-    def test_what_nobody_announces_is_rejected_after_a_while(
+    def test_a_message_that_no_node_announces_is_rejected_after_two_steps(
         self, inbox: StepInbox[str], rejected: list[Reason]
     ) -> None:
         inbox.take(4, {})

@@ -1,4 +1,4 @@
-"""What the settings of the middleware are for (docs/decisions/0009-middleware.md)."""
+"""The settings of the middleware have their effect (docs/decisions/0009-middleware.md)."""
 
 import time
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ def node(live_nodes: dict[str, str]) -> Iterator[Node]:
     rclpy.shutdown(context=context)
 
 
-def test_lost_acknowledgement_is_asked_for_at_once(node: Node) -> None:
+def test_a_lost_acknowledgement_arrives_within_a_heartbeat(node: Node) -> None:
     for number in range(20):  # one in four to a newly found reader gets lost
         publisher = node.create_publisher(String, "/alpha/heard_only", 10)
         while not publisher.get_subscription_count():

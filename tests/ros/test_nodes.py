@@ -1,4 +1,4 @@
-"""The nodes by hand: in any order, with one missing, silent or interrupted, among strangers, on request."""
+"""Nodes started by hand: in any order, with one missing, silent or interrupted, beside another flight."""
 
 import re
 import signal
@@ -49,7 +49,7 @@ def observer(domain_id: int) -> Iterator[Observer]:
         yield observer
 
 
-def test_any_order_of_starting(tmp_path: Path, domain_id: int) -> None:
+def test_nodes_start_in_any_order(tmp_path: Path, domain_id: int) -> None:
     with Nodes(paper_scenario(short(0.5)), tmp_path, domain_id) as nodes:
         for name in ("clock", "follower_2", "controller", "leader"):
             nodes.start(name)
@@ -62,7 +62,7 @@ def test_any_order_of_starting(tmp_path: Path, domain_id: int) -> None:
             assert all(": still waiting for " in line for line in errors.splitlines())
 
 
-def test_who_is_not_there_is_named(tmp_path: Path, domain_id: int, observer: Observer) -> None:
+def test_missing_node_is_named(tmp_path: Path, domain_id: int, observer: Observer) -> None:
     who_come = (vehicle_node("leader"), vehicle_node("follower_1"), CONTROLLER_NODE)
     joined = [observer.collect(StepDone, step_done_topic(name), LATCHED) for name in who_come]
     with Nodes(paper_scenario(short(0.5)), tmp_path, domain_id) as nodes:
@@ -90,7 +90,7 @@ def test_the_controller_starts_by_its_former_name_with_a_warning() -> None:
 
 
 @pytest.mark.parametrize("name", ["follower_1", "clock"])
-def test_a_namesake_from_another_flight_is_named(name: str, tmp_path: Path, domain_id: int) -> None:
+def test_node_of_the_same_name_elsewhere_is_named(name: str, tmp_path: Path, domain_id: int) -> None:
     scenario, other = paper_scenario(short(0.5)), tmp_path / "other"
     other.mkdir()
     full_name = "/sim/clock" if name == "clock" else vehicle_node(name)
@@ -117,10 +117,8 @@ def test_another_clock_is_named(tmp_path: Path, domain_id: int, observer: Observ
 
 
 @pytest.mark.parametrize("name", ["follower_1", "controller"])
-def test_who_falls_silent_is_named_in_time(
-    name: str, tmp_path: Path, domain_id: int, observer: Observer
-) -> None:
-    """The others are late too, because they wait for it, but they are not to blame; they end as well."""
+def test_silent_node_is_named_in_time(name: str, tmp_path: Path, domain_id: int, observer: Observer) -> None:
+    """The other nodes wait for it and are late too, but only the silent node is named; all nodes end."""
     ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
     with Nodes(paper_scenario(short(20.0), "lockstep.step_timeout_s=1.5"), tmp_path, domain_id) as nodes:
         for each in (*VEHICLES, "controller", "clock"):
@@ -190,7 +188,7 @@ def test_impossible_formations_are_refused(
 
 @pytest.fixture(scope="module")
 def flying(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Observer]:
-    """An observer of a flight that is in the air for long."""
+    """An observer of a long flight."""
     folder = tmp_path_factory.mktemp("flying")
     with domain_coordinator.domain_id() as domain, Observer.running(domain) as observer:
         ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
@@ -232,8 +230,8 @@ def test_a_formation_is_flown_from_the_next_step_on(flying: Observer) -> None:
         assert target(reference) == expected, reference.step
 
 
-def test_strangers_are_counted_and_change_nothing(tmp_path: Path, domain_id: int, observer: Observer) -> None:
-    """An outside publisher spoils what it can: the commands are the same as without it, bit for bit."""
+def test_foreign_messages_change_nothing(tmp_path: Path, domain_id: int, observer: Observer) -> None:
+    """A foreign publisher sends bad messages on every topic; the commands stay equal, bit for bit."""
     scenario = paper_scenario(short(3.0), seed=4)
     expected = fly_in_process(scenario)
     commands = observer.collect(RotorSpeeds, "/follower_1/rotor_speeds")

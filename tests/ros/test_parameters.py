@@ -45,14 +45,14 @@ WEIGHT = "weights.formation_per_m2"
 
 
 class Client:
-    """Asks the parameter services of one node, as ``ros2 param`` does."""
+    """Calls the parameter services of one node, as ``ros2 param`` does."""
 
     def __init__(self, observer: Observer, node: str) -> None:
         self._observer = observer
         self._node = node
 
     def set(self, parameters: Mapping[str, Any]) -> list[str]:
-        """One after the other: why each was refused; empty: it was not."""
+        """Set values one after the other, and return the reason of each refusal; empty: accepted."""
         request = SetParameters.Request(parameters=_messages(parameters))
         response = self._call(SetParameters, "set_parameters", request)
         assert all(result.successful == (not result.reason) for result in response.results)
@@ -86,7 +86,7 @@ def _messages(parameters: Mapping[str, Any]) -> list[ParameterMsg]:
 
 
 class ChangedFlight:
-    """A recorded flight of two phases in which parameters were changed; what was said and seen."""
+    """A recorded flight of two phases in which parameters are changed, with all answers and messages."""
 
     def __init__(self, folder: Path) -> None:
         self.scenario = paper_scenario(TWO_PHASES, seed=2)
@@ -110,7 +110,7 @@ class ChangedFlight:
         self.at_start = controller.get(WEIGHT, FORMATION, "weights.torque_per_n2_m2")
         clock = nodes.start("clock")
         observer.until(lambda: bool(ticks) and ticks[-1].step > 20)
-        clock.send_signal(signal.SIGSTOP)  # the others wait for its tick, and answer
+        clock.send_signal(signal.SIGSTOP)  # the others wait for its tick, and still answer
 
         names = (WEIGHT, FORMATION, "weights.terminal_scale")
         before = controller.get(*names)
@@ -128,14 +128,14 @@ class ChangedFlight:
         self.in_phase_a = controller.get(*names)
 
         clock.send_signal(signal.SIGCONT)
-        observer.until(lambda: ticks[-1].step > 60)  # in full flight, at a step that chance decides
+        observer.until(lambda: ticks[-1].step > 60)  # in flight, at a random step
         self.accepted += controller.set({"weights.leader_yaw_per_rad2": 4.0, WEIGHT: 8.0})
         observer.until(lambda: bool(self.references) and self.references[-1].phase == "B")
         self.in_phase_b = controller.get(*names)
 
 
 def recorded_events(folder: Path) -> list[FormationEvent]:
-    """Other events than that a step was computed."""
+    """All events but those of computed steps."""
     events = [
         deserialize_message(entry.data, FormationEvent)
         for entry in read_bag(find_bag(folder))
@@ -149,7 +149,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> ChangedFlight:
     return ChangedFlight(tmp_path_factory.mktemp("changed"))
 
 
-def test_parameters_say_what_they_are(flown: ChangedFlight) -> None:
+def test_parameters_have_types_bounds_and_descriptions(flown: ChangedFlight) -> None:
     weight, formation, _, _, tilt, plan = flown.described
     assert weight.type == plan.type == ParameterType.PARAMETER_DOUBLE
     assert formation.type == ParameterType.PARAMETER_DOUBLE_ARRAY
@@ -165,7 +165,7 @@ def changed_by(event: FormationEvent) -> dict[str, float]:
     return dict(zip(event.parameter_names, event.parameter_values, strict=True))
 
 
-def test_what_a_node_was_started_with_holds_from_the_first_step_on(flown: ChangedFlight) -> None:
+def test_values_given_at_the_start_apply_from_the_first_step(flown: ChangedFlight) -> None:
     assert flown.at_start == [10.0, [-1.0, -0.5, -0.5], 12.0]
     first = flown.events[0]
     assert (first.step, first.source) == (0, CONTROLLER_NODE)
@@ -187,12 +187,12 @@ def test_refusals_name_key_value_and_bound(flown: ChangedFlight) -> None:
     assert "tilt_max'" in unknown
 
 
-def test_of_a_change_with_one_bad_value_nothing_happens(flown: ChangedFlight) -> None:
+def test_a_change_with_one_bad_value_is_refused_as_a_whole(flown: ChangedFlight) -> None:
     assert flown.untouched
     assert all(event.step > 20 for event in flown.events[1:])
 
 
-def test_changes_are_events_of_the_step_from_which_they_hold(flown: ChangedFlight) -> None:
+def test_a_change_is_an_event_of_the_first_step_it_applies_to(flown: ChangedFlight) -> None:
     assert set(flown.accepted) == {""}
     changes = [
         (event.source, changed_by(event), [place.target_id for place in event.formation])
@@ -218,21 +218,21 @@ def test_changes_are_events_of_the_step_from_which_they_hold(flown: ChangedFligh
             assert (place.x, place.y, place.z) == expected, reference.step
 
 
-def test_the_formation_is_that_of_the_scenario_when_its_phase_has_changed(flown: ChangedFlight) -> None:
+def test_the_next_phase_sets_the_formation_of_the_scenario(flown: ChangedFlight) -> None:
     assert flown.in_phase_a == [30.0, [-1.25, -0.75, 0.25], 5.0]
     assert flown.in_phase_b == [8.0, [-1.0, -0.75, -0.5], 5.0]
 
 
-def test_nobody_complains(flown: ChangedFlight) -> None:
+def test_no_node_prints_an_error(flown: ChangedFlight) -> None:
     assert set(flown.ends.values()) == {(0, "")}
 
 
-def test_a_replay_imposes_the_changes_and_finds_every_command_again(flown: ChangedFlight) -> None:
+def test_a_replay_with_the_changes_gives_every_command_again(flown: ChangedFlight) -> None:
     assert len(flown.recorded.steps) == flown.scenario.config.n_steps
     assert replay(flown.recorded, flown.recorded.scenario).identical
 
 
-def test_without_one_of_the_changes_it_does_not(flown: ChangedFlight) -> None:
+def test_a_replay_without_one_of_the_changes_does_not(flown: ChangedFlight) -> None:
     steps = [
         replace(step, parameters={}) if step.measurements.step else step for step in flown.recorded.steps
     ]
@@ -290,7 +290,7 @@ def test_parameters_dumped_from_a_node_can_be_given_to_it(tmp_path: Path) -> Non
     ],
     ids=["type", "bound", "exclusive", "read-only", "name"],
 )
-def test_what_a_node_cannot_start_with_is_one_line(
+def test_an_unusable_parameter_is_one_line(
     name: str, arguments: list[str], error: str, tmp_path: Path
 ) -> None:
     with domain_coordinator.domain_id() as domain, Nodes(paper_scenario(), tmp_path, domain) as nodes:
@@ -301,7 +301,7 @@ def test_what_a_node_cannot_start_with_is_one_line(
     assert f": {error}" in line
 
 
-def test_one_file_for_all_nodes_other_topic_names_and_what_a_node_does_not_know_is_named(
+def test_one_file_for_all_nodes_with_remapped_topics_and_an_unknown_parameter(
     tmp_path: Path,
 ) -> None:
     file = tmp_path / "nodes.yaml"
@@ -341,7 +341,7 @@ def test_one_file_for_all_nodes_other_topic_names_and_what_a_node_does_not_know_
     assert set(ends.values()) == {(0, "")}
 
 
-def test_who_flies_another_configuration_is_named_and_can_be_started_again(tmp_path: Path) -> None:
+def test_a_node_with_another_configuration_is_named_and_can_be_restarted(tmp_path: Path) -> None:
     scenario, other = (paper_scenario(short(2.0), seed=seed) for seed in (1, 2))
     (tmp_path / "other").mkdir()
     with (

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from relform_ros.run_node import EXIT_INTERRUPTED
+from relform_core.exit_codes import EXIT_INTERRUPTED
 from support.processes import wait_until
 from support.ros2_command import Answer, ask, ask_all
 

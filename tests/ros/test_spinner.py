@@ -1,4 +1,4 @@
-"""No message is missed, whether the executor hears of it or not."""
+"""No message is missed, whether the executor notices it or not."""
 
 import time
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ SECONDS = [3, 4, 5]
 
 
 class DeafExecutor:
-    """Misses everything, as the EventsExecutor does what arrives while it registers."""
+    """Misses every message, as the EventsExecutor misses those that arrive while it registers."""
 
     def __init__(self, **_: Any) -> None:
         pass
@@ -70,8 +70,8 @@ def test_error_of_a_missed_callback_is_raised(node: Node, monkeypatch: pytest.Mo
         spinner.until(lambda: False)
 
 
-def test_leaves_to_the_executor_what_is_no_message(node: Node) -> None:
-    """A reader whom a writer cannot serve is an event; it can be waited for in one way only."""
+def test_events_that_are_not_messages_are_left_to_the_executor(node: Node) -> None:
+    """A reader that a writer cannot serve is an event, and only one waiter can take it."""
     spinner = Spinner(node)
     topics = [f"/volatile_{number}" for number in range(5)]
     writers = [node.create_publisher(Header, topic, LOCKSTEP) for topic in topics]

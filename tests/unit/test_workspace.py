@@ -1,4 +1,4 @@
-"""The packages as a whole: what their manifests promise, and who needs ROS."""
+"""All packages: their manifests name what the code imports, and only some modules need ROS."""
 
 import ast
 import subprocess
@@ -57,7 +57,7 @@ def modules(package: str) -> dict[str, Path]:
 
 
 def imports(path: Path) -> set[str]:
-    """Top-level names of everything that a file imports, wherever it does."""
+    """Top-level names of everything that a file imports, in functions too."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
@@ -67,7 +67,7 @@ def imports(path: Path) -> set[str]:
     return {name.partition(".")[0] for name in names}
 
 
-def test_all_but_nodes_and_the_ros_side_can_do_without_ros() -> None:
+def test_only_nodes_and_modules_from_bag_import_ros() -> None:
     pure = {
         name
         for package in PYTHON_PACKAGES
@@ -87,7 +87,7 @@ def test_packages_agree(field: str) -> None:
 
 
 @pytest.mark.parametrize("package", PYTHON_PACKAGES)
-def test_setup_py_says_what_the_manifest_says(package: str) -> None:
+def test_setup_py_agrees_with_the_manifest(package: str) -> None:
     command = [sys.executable, "setup.py", "--quiet", "--name", "--version", "--license", "--description"]
     run = subprocess.run(command, cwd=SOURCES / package, capture_output=True, text=True, check=True)
     manifest = [MANIFESTS[package].findtext(field) for field in ("name", "version", "license", "description")]

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from relform_core.script import EXIT_FAILURE, CommandParser, command
+from relform_core.exit_codes import EXIT_FAILURE
+from relform_core.script import CommandParser, command
 
 
 @command

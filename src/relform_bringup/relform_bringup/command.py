@@ -1,4 +1,4 @@
-"""The command line of a flight with real nodes: what to fly, where to keep it, and what came out."""
+"""The command ``fly``: fly a scenario with real nodes, then write summary, report and figure."""
 
 import sys
 from collections.abc import Sequence
@@ -9,13 +9,15 @@ from rich.console import Console
 
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_bringup.create_folder import create_run_folder
-from relform_bringup.flight import Flight, FlownFlight, interruption_noted
+from relform_bringup.flight import Flight, FlownFlight, check_installation
+from relform_bringup.interruption import interruption_noted
 from relform_core.errors import RelformError
+from relform_core.exit_codes import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED
 from relform_core.load import load_scenario
+from relform_core.ros_domain import claimed_domain
 from relform_core.run_folder import RunFolder
-from relform_core.script import EXIT_FAILURE, EXIT_INTERRUPTED, CommandParser, command, print_error
+from relform_core.script import CommandParser, command, print_error
 
-EXIT_FAULT = 3
 EXIT_CODES = {
     Outcome.COMPLETED: 0,
     Outcome.FAILED: EXIT_FAILURE,
@@ -23,8 +25,8 @@ EXIT_CODES = {
     Outcome.INTERRUPTED: EXIT_INTERRUPTED,
 }
 EPILOG = """\
-Exit codes: 0 flown to the end, 1 a node died, fell silent or could not go on, 2 the scenario or the output
-folder cannot be used, 3 a vehicle reported a fault, 130 interrupted."""
+Exit codes: 0 flown to the end, 1 a node failed, died or fell silent, 2 the flight cannot start: wrong usage,
+scenario, output folder, installation or ROS domain, 3 a vehicle reported a fault, 130 interrupted."""
 WIDTH_OF_FILES = 160
 
 
@@ -35,8 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES)
     with interruption_noted() as interruption:
         scenario = load_scenario(options.scenario, options.overrides, options.seed)
-        folder = create_run_folder(scenario, options.out, datetime.now())
-        flown = Flight(scenario, folder, options.record, interruption).fly(console)
+        check_installation(options.record)
+        with claimed_domain() as domain_id:
+            folder = create_run_folder(scenario, options.out, datetime.now())
+            flown = Flight(scenario, folder, options.record, domain_id, interruption).fly(console)
     match flown.ending:
         case Ending(Outcome.INTERRUPTED, reason):
             print(reason, file=sys.stderr)
@@ -51,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
-    # Imported only now: nothing may delay the start of the nodes.
+    # Imported here, because it would delay the start of the nodes.
     from relform_analysis.flight.metrics import flight_metrics
     from relform_analysis.flight.summary import build_summary, write_summary
     from relform_analysis.report.console import print_table
@@ -62,29 +66,31 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
     write_summary(folder.summary, summary)
     if log.phase:
         print_table(summary, console)
-    # Whoever interrupts a flight does not want to wait for its pictures.
-    if log.phase and flown.ending.outcome is not Outcome.INTERRUPTED:
-        from relform_analysis.plots.flight_picture import draw_flight
         from relform_analysis.report.flight_page import write_flight_report
 
-        draw_flight(log, folder.figure)
         write_flight_report(folder.report, log, flown.ending, versions)
+        if flown.ending.outcome is not Outcome.INTERRUPTED:  # the figure takes seconds, the report does not
+            from relform_analysis.plots.flight_picture import draw_flight
+
+            draw_flight(log, folder.figure)
         console.print(f"open {folder.report}", soft_wrap=True, highlight=False)
     console.print(f"{folder.path}: {', '.join(folder.present())}", soft_wrap=True, highlight=False)
 
 
 def _parser() -> CommandParser:
     parser = CommandParser(
-        prog="fly", description="Fly a scenario: one process per node, recorded and scored.", epilog=EPILOG
+        prog="fly",
+        description="Fly a scenario with one process per node, recorded and scored.",
+        epilog=EPILOG,
     )
     parser.add_argument(
         "--scenario", required=True, metavar="FILE", help="path or plain name of the scenario, such as paper"
     )
     parser.add_argument(
-        "--seed", type=int, help="seed of all that is random (default: that of the scenario, or 0)"
+        "--seed", type=int, help="seed of all random draws (default: the seed in the scenario, or 0)"
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="run folder, must not exist (default: in runs/)"
+        "--out", type=Path, metavar="DIR", help="run folder, must not exist (default: a new one in runs/)"
     )
     parser.add_argument(
         "--set",
@@ -92,7 +98,7 @@ def _parser() -> CommandParser:
         default=[],
         dest="overrides",
         metavar="KEY=VALUE",
-        help="another value for a key of the scenario, as in controller.horizon_steps=10; may be repeated",
+        help="change a key of the scenario, as in controller.horizon_steps=10; may be repeated",
     )
-    parser.add_argument("--no-record", action="store_false", dest="record", help="fly without recorder")
+    parser.add_argument("--no-record", action="store_false", dest="record", help="fly without a recorder")
     return parser

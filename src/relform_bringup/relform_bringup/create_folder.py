@@ -1,6 +1,7 @@
-"""The folder of a run: what it is called, and `latest` that points to the newest."""
+"""Make the folder of a run, and let the link ``latest`` point to the newest."""
 
 import os
+import shutil
 from contextlib import suppress
 from datetime import datetime
 from errno import EEXIST
@@ -16,25 +17,31 @@ def create_run_folder(scenario: LoadedScenario, out: Path | None, now: datetime)
     """Make the folder of a run and put the effective configuration into it.
 
     Args:
-        out: the folder, must not exist; None: a new one in ``runs/``, where ``latest`` then points to it.
-        now: for its name.
+        out: the folder, must not exist; None: a new one in ``runs/``, to which ``latest`` then points.
+        now: time for the name of a new folder.
     Raises:
-        FlightError: it exists already, or cannot be written.
+        FlightError: the folder exists already, or cannot be written; then it is removed again.
     """
     name = f"{now:%Y%m%d-%H%M%S}-{scenario.config.name}-s{scenario.seed}"
     try:
         if out is None:
-            out = _make_new_folder(name)
-            link_atomically(RUNS / LATEST, out.name)
+            path = _make_new_folder(name)
         else:
-            out.mkdir(parents=True)
-        folder = RunFolder(out.absolute())
-        folder.log.mkdir()
-        folder.config.write_text(scenario.effective_yaml, encoding="utf-8")
+            path = out
+            path.mkdir(parents=True)
     except FileExistsError as error:
-        raise FlightError(f"{error.filename} exists already, not overwriting.") from None
+        raise FlightError(f"{error.filename} exists already; choose another folder") from None
     except OSError as error:
         raise FlightError(f"{error.filename}: cannot be written: {error.strerror}") from None
+    folder = RunFolder(path.absolute())
+    try:
+        folder.log.mkdir()
+        folder.config.write_text(scenario.effective_yaml, encoding="utf-8")
+        if out is None:
+            link_atomically(RUNS / LATEST, path.name)
+    except OSError as error:
+        shutil.rmtree(path, ignore_errors=True)
+        raise FlightError(f"{path}: cannot be written: {error.strerror}") from None
     return folder
 
 

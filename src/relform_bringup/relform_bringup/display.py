@@ -1,8 +1,8 @@
-"""What a user sees of a flight in the air: one live line on a terminal, elsewhere a line now and then."""
+"""Show the progress of a flight: one live line on a terminal, otherwise a line every few seconds."""
 
 import time
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import Protocol, Self
 
 from rich.console import Console
 from rich.live import Live
@@ -12,12 +12,35 @@ from rich.table import Table
 from relform_core.phases_config import PhaseConfig
 from relform_core.scenario_config import ScenarioConfig
 
-if TYPE_CHECKING:
-    from relform_bringup.nodes.monitor import Monitor
-
 REFRESH_S = 0.1
 PLAIN_REFRESH_S = 3.0
 BAR_WIDTH = 24
+
+
+class FlightProgress(Protocol):
+    """What is shown of a running flight."""
+
+    @property
+    def step(self) -> int:
+        """The newest control step that is complete."""
+
+    @property
+    def flown(self) -> float:
+        """Simulation time [s]."""
+
+    @property
+    def wall_time(self) -> float:
+        """Since the first step [s]."""
+
+    @property
+    def fallbacks(self) -> int:
+        """Number of control steps whose SQP step failed."""
+
+    def formation_error(self) -> float | None:
+        """Mean true formation error of the scored pairs in the newest step [m]; None: unknown."""
+
+    def waiting_for(self) -> str:
+        """What the controller waits for before its first command; empty: it does not wait."""
 
 
 class FlightDisplay:
@@ -43,30 +66,32 @@ class FlightDisplay:
         self._live.stop()
 
     def message(self, text: str) -> None:
-        """Show that something is going on before the flight."""
+        """Show a text before the flight."""
         if self._console.is_terminal:
             self._live.update(text, refresh=True)
         else:
             self._console.print(text)
 
-    def show(self, monitor: "Monitor") -> None:
-        """Show the newest step, unless the last refresh was only just now."""
+    def show(self, flight: FlightProgress) -> None:
+        """Show the newest step, at most once per refresh period."""
         if time.monotonic() - self._refreshed < self._refresh_s:
             return
         self._refreshed = time.monotonic()
-        phase = _shown(self._config.phase_at(monitor.step))
-        times = f"{monitor.flown:5.2f} / {self._duration:.1f} s"
-        error = monitor.formation_error()
+        phase = _shown(self._config.phase_at(flight.step))
+        times = f"{flight.flown:5.2f} / {self._duration:.1f} s"
+        error = flight.formation_error()
         facts = [f"formation error {error:.3f} m"] if error is not None else []
-        if error is None and (missing := monitor.waiting_for()):
+        if error is None and (missing := flight.waiting_for()):
             facts.append(f"the start waits for {missing}")
-        if monitor.wall_time > 0.0:
-            facts.append(f"{monitor.flown / monitor.wall_time:.1f} x real time")
+        if flight.fallbacks:
+            facts.append(f"{flight.fallbacks} {'fallback' if flight.fallbacks == 1 else 'fallbacks'}")
+        if flight.wall_time > 0.0:
+            facts.append(f"{flight.flown / flight.wall_time:.1f} x real time")
         if not self._console.is_terminal:
             self._console.print("   ".join([f"{phase:{self._phase_width}}", times, *facts]))
             return
         line = Table.grid(padding=(0, 3, 0, 0))
-        bar = ProgressBar(total=self._duration, completed=monitor.flown, width=BAR_WIDTH)
+        bar = ProgressBar(total=self._duration, completed=flight.flown, width=BAR_WIDTH)
         line.add_row(f"{phase:{self._phase_width}}", bar, times, *facts)
         self._live.update(line, refresh=True)
 

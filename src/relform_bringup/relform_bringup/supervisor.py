@@ -1,4 +1,4 @@
-"""The processes of a flight: started in groups of their own, watched, and ended whatever happens to whom."""
+"""Start, watch and end the processes of a flight, each in a process group of its own."""
 
 import os
 import shutil
@@ -11,19 +11,19 @@ from pathlib import Path
 from relform_core.errors import FlightError
 
 STOP_S = 1.2
-"""How long a process may take to end after SIGINT; then it is killed."""
+"""Time in which a process must end after SIGINT; then it is killed."""
 POLL_S = 0.01
 
 
 class Child:
-    """One process, the leader of a session of its own: signals of the terminal do not reach it."""
+    """One process in a session of its own, so that signals of the terminal do not reach it."""
 
     def __init__(self, name: str, command: Sequence[str], log: Path) -> None:
         """Start it.
 
         Args:
-            name: of its node, fully qualified.
-            log: file for all that it prints.
+            name: fully qualified name of its node.
+            log: file for its output.
         Raises:
             FlightError: it cannot be started.
         """
@@ -42,16 +42,16 @@ class Child:
             raise FlightError(f"{name}: cannot be started: {error.strerror}: {error.filename}") from None
 
     def exit_code(self) -> int | None:
-        """As of ``subprocess``: None while it runs, negative if a signal ended it."""
+        """Exit code; None while it runs, minus the number of a signal that ended it."""
         return self._process.poll()
 
     def send(self, signum: int) -> None:
-        """Send a signal to it and to all that it has started."""
+        """Send a signal to the process and to all processes that it has started."""
         if self._process.poll() is None:
             os.killpg(self._process.pid, signum)
 
     def last_words(self) -> str:
-        """The last line that it printed; empty: none."""
+        """The last line that it printed; empty if it printed none."""
         lines = self._log.read_text(encoding="utf-8", errors="replace").split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
@@ -68,7 +68,7 @@ class Supervisor:
     """All processes of a flight."""
 
     def __init__(self, log: Path) -> None:
-        """Supervise processes whose output goes to files in the folder ``log``."""
+        """Supervise processes with output files in the folder ``log``."""
         self._log = log
         self._children: list[Child] = []
 
@@ -76,21 +76,19 @@ class Supervisor:
         """Start a process.
 
         Args:
-            name: of its node, fully qualified.
-            dies_by: name of the signal that it gets from the kernel when this process dies, even by SIGKILL.
+            name: fully qualified name of its node.
+            dies_by: name of the signal that the kernel sends to it when this process dies, even by SIGKILL.
         Raises:
             FlightError: it cannot be started, or this system has no setpriv.
         """
-        if (setpriv := shutil.which("setpriv")) is None:
-            raise FlightError("setpriv is not installed: apt install util-linux")
         log = self._log / f"{name.strip('/').replace('/', '.')}.log"
-        child = Child(name, [setpriv, "--pdeathsig", dies_by, "--", *command], log)
+        child = Child(name, [find_setpriv(), "--pdeathsig", dies_by, "--", *command], log)
         self._children.append(child)
         return child
 
     @property
     def size(self) -> int:
-        """How many processes were started."""
+        """Number of processes that were started."""
         return len(self._children)
 
     def running(self) -> list[Child]:
@@ -98,14 +96,14 @@ class Supervisor:
         return [child for child in self._children if child.exit_code() is None]
 
     def ended(self) -> list[Child]:
-        """The processes that do not run any more, in the order in which they were started."""
+        """The processes that have ended, in the order in which they were started."""
         return [child for child in self._children if child.exit_code() is not None]
 
     def stop(self, first: Child | None = None) -> None:
-        """End all processes: politely, then by force.
+        """End all processes by SIGINT, and by SIGKILL if one does not end in time.
 
         Args:
-            first: this one has time to finish before the others are told.
+            first: a process that ends before the others get their signal.
         """
         groups = [[child for child in self._children if child is first]] if first is not None else []
         groups.append([child for child in self._children if child is not first])
@@ -116,6 +114,17 @@ class Supervisor:
                 for child in group:
                     child.send(signal.SIGKILL)
                 _wait(group, STOP_S)
+
+
+def find_setpriv() -> str:
+    """Path of the program that lets a process end with its parent.
+
+    Raises:
+        FlightError: it is not installed.
+    """
+    if (path := shutil.which("setpriv")) is None:
+        raise FlightError("setpriv is not installed: apt install util-linux")
+    return path
 
 
 def _wait(children: Iterable[Child], timeout_s: float) -> bool:

@@ -1,8 +1,8 @@
-"""Errors that relform raises on purpose: one line with the object, the value, the bound, the way out."""
+"""Errors that relform raises on purpose: one line with the object, the value, the bound and the way out."""
 
 
 class RelformError(Exception):
-    """Base of every error that relform raises on purpose; scripts print its message and exit non-zero."""
+    """Base of every error that relform raises on purpose; commands print its message and exit with 2."""
 
 
 class ConfigError(RelformError):
@@ -10,11 +10,11 @@ class ConfigError(RelformError):
 
 
 class MessageError(RelformError):
-    """A message that came over the wire cannot be used."""
+    """A received message cannot be used."""
 
 
 class FlightError(RelformError):
-    """A flight cannot start or cannot go on."""
+    """A flight cannot start or cannot continue."""
 
 
 class BagError(RelformError):

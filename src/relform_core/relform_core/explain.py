@@ -1,4 +1,4 @@
-"""What is wrong with a configuration, one line per problem: which key, what it must be, what it is."""
+"""Explain the problems of a configuration, one line each: the key, its requirement, its value."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -38,9 +38,9 @@ class Origins:
     """Where the parts of a configuration were written."""
 
     scenario: str
-    """Path of the scenario file; empty: there is none, and a key is located by its name alone."""
+    """Path of the scenario file; empty: no file, a key is located by its name alone."""
     files: dict[str, str] = field(default_factory=dict)
-    """Path of the file of each section that has one."""
+    """Path of the file of each section that is in a file."""
     overrides: set[KeyPath] = field(default_factory=set)
     """Keys that were set on the command line."""
 
@@ -67,7 +67,7 @@ def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins) -
 
 
 def _is_consequence(details: ErrorDetails) -> bool:
-    """Whether a list was called too short only because its items are bad, which is told already."""
+    """Whether a list is called too short only because its items are bad, which is another problem."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
@@ -103,7 +103,7 @@ def _number(value: Any) -> Any:
 
 
 def _written_path(location: tuple[int | str, ...], tree: Mapping[str, Any]) -> KeyPath:
-    """The path of a key without what the validation adds: the tag of a union, and '[key]'."""
+    """The path of a key in the file, without the tags of unions and '[key]' that the validation adds."""
     path: list[str] = []
     node: Any = tree
     for part in location:

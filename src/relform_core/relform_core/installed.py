@@ -1,4 +1,4 @@
-"""What is installed: executables of nodes, and the versions of the software that makes a flight."""
+"""Find installed executables, and the versions of the software that flies."""
 
 import platform
 import subprocess
@@ -24,10 +24,10 @@ ROS_PACKAGES = (
 
 
 def executable(package: str, name: str) -> str:
-    """Path of a node's executable, wherever its package is installed.
+    """Path of a node's executable in its installed package.
 
     Raises:
-        FlightError: it is not.
+        FlightError: it is not installed.
     """
     try:
         path = Path(get_package_prefix(package), "lib", package, name)
@@ -39,7 +39,7 @@ def executable(package: str, name: str) -> str:
 
 
 def software_versions() -> dict[str, str | None]:
-    """Versions by name; None where something is not installed, or the sources are not a git checkout."""
+    """Versions by name; None for what is not installed, and for the commit outside of a git checkout."""
     return {
         "relform": _ros_package_version("relform_core"),
         "git_commit": _git_commit(),

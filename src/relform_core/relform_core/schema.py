@@ -1,4 +1,4 @@
-"""What every schema of a configuration file has in common, and the types of its values."""
+"""The base of every schema of a configuration file, and the types of its values."""
 
 from typing import Annotated
 
@@ -8,7 +8,7 @@ Name = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length
 """A name that can be a ROS namespace: lower case, digits and underscores, starting with a letter."""
 
 Label = Annotated[str, StringConstraints(min_length=1, max_length=64)]
-"""A name for people."""
+"""A title, for people to read."""
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]

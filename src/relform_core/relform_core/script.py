@@ -8,13 +8,7 @@ from collections.abc import Callable
 from typing import NoReturn, ParamSpec
 
 from relform_core.errors import RelformError
-
-EXIT_FAILURE = 1
-"""The command did its work, and the result is a failure; or nothing reads its output to the end."""
-EXIT_USAGE = 2
-"""The command cannot be carried out: wrong usage, or an input or output that it cannot use."""
-EXIT_INTERRUPTED = 130
-"""As of a shell, after Ctrl-C."""
+from relform_core.exit_codes import EXIT_FAILURE, EXIT_INTERRUPTED, EXIT_USAGE
 
 Arguments = ParamSpec("Arguments")
 

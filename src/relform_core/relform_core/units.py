@@ -1,6 +1,6 @@
-"""Units at the border: YAML keys end in their unit, everything inside is SI and radians.
+"""Units of configuration files: keys end in their unit; everything in the code is SI and radians.
 
-The annotations here convert once, on loading, and after the bounds of the key were checked in the unit of the
+The annotations here convert once, on loading, after the bounds of the key were checked in the unit of the
 file: ``tilt_max: Annotated[float, Field(alias="tilt_max_deg", gt=0, le=90), DEGREES]``.
 """
 

@@ -19,11 +19,9 @@ from rclpy.subscription import Subscription
 from rclpy.utilities import try_shutdown
 
 from relform_core.errors import ConfigError, FlightError, RelformError
+from relform_core.exit_codes import NodeExit
+from relform_core.ros_domain import wanted_domain
 from relform_ros.parameters import warn_of_unknown
-
-EXIT_ERROR = 1
-EXIT_INTERRUPTED = 130
-"""As a shell returns after Ctrl-C. A node exits with 0 only after the end of the flight."""
 
 SIGNAL_LATENCY_S = 0.1
 """Longest time until a waiting node notices a signal."""
@@ -126,7 +124,7 @@ def run_node(
     Args:
         create: makes the node, after ROS was initialised with the command line.
         build: makes the logic; it may take long, and a signal interrupts it anywhere.
-        exit_codes: of errors that have their own; of any other error it is EXIT_ERROR.
+        exit_codes: of errors that have their own; of any other error it is NodeExit.ERROR.
         arguments: of the node; None: the command line of the process.
     """
     name = sys.argv[0].rpartition("/")[2]
@@ -143,22 +141,23 @@ def run_node(
         for signum in (signal.SIGINT, signal.SIGTERM):
             signal.signal(signum, spinner.interrupt)
         logic.run()
-        return 0
+        return NodeExit.FLIGHT_OVER
     except RelformError as error:
         print(f"{name}: {error}", file=sys.stderr)
         return next(
-            (code for kind, code in (exit_codes or {}).items() if isinstance(error, kind)), EXIT_ERROR
+            (code for kind, code in (exit_codes or {}).items() if isinstance(error, kind)), NodeExit.ERROR
         )
     except ParameterException as error:
         print(f"{name}: {error}", file=sys.stderr)
-        return EXIT_ERROR
+        return NodeExit.ERROR
     except (KeyboardInterrupt, StopRequestedError):
-        return EXIT_INTERRUPTED
+        return NodeExit.INTERRUPTED
     finally:
         try_shutdown()
 
 
 def _initialize_ros(arguments: Sequence[str]) -> None:
+    wanted_domain()  # the middleware would print an error of its own
     try:
         rclpy.init(args=[sys.argv[0], *arguments], signal_handler_options=SignalHandlerOptions.NO)
     except rclpy_implementation.RCLError as error:

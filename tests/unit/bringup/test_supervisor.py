@@ -1,4 +1,4 @@
-"""Real processes, small ones: how they are started, lost and ended."""
+"""Small real processes are started, lost and ended."""
 
 import os
 import signal
@@ -52,9 +52,9 @@ def test_epitaph(script: str, epitaph: str, supervisor: Supervisor) -> None:
     assert child.epitaph() == epitaph
 
 
-def test_who_is_lost_is_known_while_the_others_run(supervisor: Supervisor) -> None:
+def test_lost_process_is_known_while_the_others_run(supervisor: Supervisor) -> None:
     stays, goes = shell(supervisor, "/stays", POLITE), shell(supervisor, "/goes", "exit 1")
-    wait_until(lambda: bool(supervisor.ended()))
+    wait_until(lambda: bool(supervisor.ended()) and ready(stays))
     assert supervisor.ended() == [goes]
     assert supervisor.running() == [stays]
     supervisor.stop()
@@ -62,7 +62,7 @@ def test_who_is_lost_is_known_while_the_others_run(supervisor: Supervisor) -> No
     assert stays.last_words() == "bye"
 
 
-def test_the_first_one_finishes_before_the_others_are_told(supervisor: Supervisor, tmp_path: Path) -> None:
+def test_first_process_ends_before_the_others_are_signalled(supervisor: Supervisor, tmp_path: Path) -> None:
     def script(name: str, delay: str) -> str:
         return (
             f"trap 'sleep {delay}; echo {name} >> {tmp_path}/order; exit 0' INT; "
@@ -78,7 +78,7 @@ def test_the_first_one_finishes_before_the_others_are_told(supervisor: Superviso
     assert sorted(order[1:]) == ["other_0", "other_1"]
 
 
-def test_who_does_not_listen_is_killed_in_time(supervisor: Supervisor) -> None:
+def test_process_that_ignores_sigint_is_killed_in_time(supervisor: Supervisor) -> None:
     stubborn, recorder = shell(supervisor, "/a", STUBBORN), shell(supervisor, "/recorder", STUBBORN)
     stopped = shell(supervisor, "/b", POLITE)
     wait_until(lambda: all(map(ready, [stubborn, recorder, stopped])))
@@ -99,7 +99,7 @@ def test_children_of_a_child_are_ended_with_it(supervisor: Supervisor, tmp_path:
     )
 
 
-def test_a_terminals_interrupt_does_not_reach_the_children(supervisor: Supervisor) -> None:
+def test_ctrl_c_of_the_terminal_does_not_reach_the_children(supervisor: Supervisor) -> None:
     child = shell(supervisor, "/a", POLITE)
     wait_until(lambda: ready(child))
     pid = child._process.pid
@@ -121,7 +121,7 @@ time.sleep(1000)
 """
 
 
-def test_nobody_outlives_a_killed_parent(tmp_path: Path) -> None:
+def test_no_process_outlives_a_killed_parent(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", PARENT, str(tmp_path)]) as parent:
         logs = [tmp_path / "a.log", tmp_path / "recorder.log"]
         wait_until(lambda: all(log.exists() and log.read_text().strip().isdecimal() for log in logs))
@@ -131,7 +131,7 @@ def test_nobody_outlives_a_killed_parent(tmp_path: Path) -> None:
     assert logs[1].read_text().split()[-1] == "closed"
 
 
-def test_what_cannot_be_started(supervisor: Supervisor, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_program_that_cannot_be_started(supervisor: Supervisor, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(FlightError, match="package relform_nothing is not installed: run make setup"):
         executable("relform_nothing", "quadrotor")
     monkeypatch.setenv("PATH", "")

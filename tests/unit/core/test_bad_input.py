@@ -1,7 +1,7 @@
 """Bad input in every file of a configuration: each problem is one line that names file, key, value and bound.
 
-A mutation is applied to every key of a file at once, which must give one line per key: so all keys are
-covered, those of files and keys to come too.
+Each test changes every key of a file together, which must give one line per key. So it covers all keys,
+also those of future files.
 """
 
 import copy
@@ -32,7 +32,7 @@ def read(path: Path) -> Any:
 
 
 def problems(file: Path, tree: Any, folder: Path) -> list[str]:
-    """The lines of the error when a file holds ``tree``, without its name, with which each starts."""
+    """The lines of the error for a file that holds ``tree``, without the file name at their start."""
     stream = StringIO()
     YAML(typ="safe", pure=True).dump(tree, stream)
     path = folder / file.name
@@ -71,7 +71,7 @@ def dotted(path: Path_) -> str:
 
 
 def is_named_by_user(path: Path_) -> bool:
-    """Names of formations and followers are no keys of the schema."""
+    """Whether a key is the name of a formation or of a follower, and not of the schema."""
     return path[0] == "formations_m" and len(path) in (2, 3)
 
 
@@ -141,7 +141,7 @@ def depths_with(select: Callable[[Path_, Any], bool]) -> list[tuple[Path, int]]:
 
 
 @pytest.mark.parametrize(("file", "depth"), depths_with(is_key), ids=str)
-def test_a_missing_key(file: Path, depth: int, tmp_path: Path) -> None:
+def test_missing_key(file: Path, depth: int, tmp_path: Path) -> None:
     mutated, keys = mutate(
         read(CONFIG_FOLDER / file), lambda path, value: len(path) == depth and is_key(path, value), delete
     )
@@ -149,7 +149,7 @@ def test_a_missing_key(file: Path, depth: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("file", FILES, ids=str)
-def test_an_unknown_key(file: Path, tmp_path: Path) -> None:
+def test_unknown_key(file: Path, tmp_path: Path) -> None:
     tree = read(CONFIG_FOLDER / file)
     mutated = copy.deepcopy(tree)
     keys = set()
@@ -162,7 +162,7 @@ def test_an_unknown_key(file: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("file", FILES, ids=str)
 @pytest.mark.parametrize("bad", ["'many'", "True", "None", "[2.5]", "{'a': 2.5}", "nan", "-inf"])
-def test_a_number_that_is_none(file: Path, bad: str, tmp_path: Path) -> None:
+def test_value_that_is_not_a_number(file: Path, bad: str, tmp_path: Path) -> None:
     value = eval(bad, {"nan": math.nan, "inf": math.inf})
     mutated, keys = mutate(read(CONFIG_FOLDER / file), lambda _, old: is_number(old), replace_by(value))
     lines = problems(file, mutated, tmp_path)
@@ -173,7 +173,7 @@ def test_a_number_that_is_none(file: Path, bad: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("file", files_with(is_text), ids=str)
-def test_a_text_that_is_none(file: Path, tmp_path: Path) -> None:
+def test_value_that_is_not_text(file: Path, tmp_path: Path) -> None:
     mutated, keys = mutate(read(CONFIG_FOLDER / file), is_text, replace_by(3.25))
     lines = problems(file, mutated, tmp_path)
     assert {line.partition(": must be ")[0] for line in lines} == keys
@@ -181,7 +181,7 @@ def test_a_text_that_is_none(file: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("file", "depth"), depths_with(is_container), ids=str)
-def test_a_list_or_mapping_that_is_none(file: Path, depth: int, tmp_path: Path) -> None:
+def test_value_that_is_not_a_list_or_mapping(file: Path, depth: int, tmp_path: Path) -> None:
     def select(path: Path_, value: Any) -> bool:
         return len(path) == depth and is_container(path, value)
 
@@ -292,11 +292,11 @@ OUT_OF_RANGE: dict[str, dict[str, tuple[float, str] | None]] = {
         "lockstep.step_timeout_s": POSITIVE,
     },
 }
-"""Of every number in a file: a value that is out of range, and how the bound is told."""
+"""For every number in a file: a value that is out of range, and the words of its bound."""
 
 
 @pytest.mark.parametrize("file", OUT_OF_RANGE)
-def test_a_number_out_of_range(file: str, tmp_path: Path) -> None:
+def test_number_out_of_range(file: str, tmp_path: Path) -> None:
     tree = read(CONFIG_FOLDER / file)
     mutated = copy.deepcopy(tree)
     expected = {}

@@ -1,4 +1,4 @@
-"""Values that contradict each other, bad overrides, and files that hold no configuration: one line each."""
+"""Contradictions, bad overrides and files without configuration give one line each."""
 
 from pathlib import Path
 from typing import Annotated
@@ -186,7 +186,7 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
         ("seed=true", "seed: must be a whole number of at least 0 (got True)"),
     ],
 )
-def test_a_bad_value_from_the_command_line_is_told_as_such(override: str, problem: str) -> None:
+def test_bad_value_of_set_is_reported_for_set(override: str, problem: str) -> None:
     assert problem_of(override) == f"--set {problem}"
 
 
@@ -206,12 +206,12 @@ def test_a_bad_value_from_the_command_line_is_told_as_such(override: str, proble
         ("start.position_m.3=1", "unknown key '3'"),
     ],
 )
-def test_an_override_that_hits_nothing(override: str, problem: str) -> None:
+def test_set_of_an_unknown_key(override: str, problem: str) -> None:
     assert problem_of(override) == f"--set {override}: {problem}"
 
 
-def test_a_formation_may_be_called_like_a_motion() -> None:
-    """The validation puts the kind of a motion into the path of a key; no name may vanish for it."""
+def test_formation_may_have_the_name_of_a_motion() -> None:
+    """The validation adds the kind of a motion to the path of a key; a name of the file must stay in it."""
     formation = "{initial: {follower_1: [-1, 0, 0], follower_2: [-2, 0, 0]}, hover: {wind: [0, x, 0]}}"
     line = problem_of(f"formations_m={formation}")
     assert line == "--set formations_m.hover.wind.1: must be a number (got 'x')"
@@ -239,7 +239,7 @@ NO_PLAIN_VALUE = "holds a value that is neither text, number, list nor mapping"
     ],
 )
 @pytest.mark.parametrize("section", [None, "sensors"])
-def test_a_file_that_holds_no_configuration(
+def test_file_without_configuration(
     section: str | None, content: bytes, problem: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "bad.yaml"
@@ -284,7 +284,7 @@ def test_every_type_of_pydantic_error_has_our_words_or_its_own(tmp_path: Path) -
     assert line == "odd.yaml: even: Input should be a multiple of 2 (got 3)"
 
 
-def test_a_place_where_no_file_is(tmp_path: Path) -> None:
+def test_path_without_a_file(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=rf"^{tmp_path}: cannot be read: Is a directory$"):
         load_scenario(tmp_path)
     with pytest.raises(ConfigError, match=rf"^{tmp_path}/none.yaml: no such file$"):
@@ -293,7 +293,7 @@ def test_a_place_where_no_file_is(tmp_path: Path) -> None:
         load_scenario(PAPER, [f"controller={tmp_path}/none.yaml"])
 
 
-def test_a_bad_seed_in_the_file(tmp_path: Path) -> None:
+def test_bad_seed_in_the_file(tmp_path: Path) -> None:
     path = tmp_path / "scenario.yaml"
     path.write_text(load_scenario(PAPER).effective_yaml.replace("seed: 0", "seed: 2.5"))
     with pytest.raises(

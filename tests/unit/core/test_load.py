@@ -63,7 +63,7 @@ def test_configuration_of_an_older_version() -> None:
     assert load_scenario_text(loaded.effective_yaml, "config.yaml").config == loaded.config
 
 
-def test_what_follows_from_the_values() -> None:
+def test_derived_values() -> None:
     config = load_scenario(PAPER).config
     assert config.duration == pytest.approx(27.0)
     assert config.n_steps == 540
@@ -74,7 +74,7 @@ def test_what_follows_from_the_values() -> None:
     assert config.vehicle.hover_speed == pytest.approx(453.22, abs=0.01)
 
 
-def test_motions_are_told_apart_by_their_kind() -> None:
+def test_kind_selects_the_type_of_a_motion() -> None:
     kinds = [type(phase.motion) for phase in load_scenario(PAPER).config.phases]
     assert kinds[0] is Hover
     assert kinds[4] is Spiral
@@ -162,8 +162,8 @@ def test_overrides_change_single_values_and_items() -> None:
     assert len(config.team.vehicles) == 4
 
 
-def test_an_override_swaps_a_section_whatever_the_order(tmp_path: Path) -> None:
-    """The other file is read first, so that an override of one of its keys holds."""
+def test_override_of_a_whole_section_comes_first(tmp_path: Path) -> None:
+    """The other file is read first, so that an override of one of its keys takes effect."""
     other = tmp_path / "other.yaml"
     text = (CONFIG_FOLDER / "controller/paper.yaml").read_text()
     other.write_text(re.sub("horizon_steps: .*", "horizon_steps: 7", text))
@@ -174,7 +174,7 @@ def test_an_override_swaps_a_section_whatever_the_order(tmp_path: Path) -> None:
     assert config.controller.weights.torque == 100.0
 
 
-def test_a_section_on_the_command_line_is_relative_to_where_it_is_typed(
+def test_file_of_a_section_on_the_command_line_is_relative_to_the_working_directory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = (CONFIG_FOLDER / "vehicles/hummingbird.yaml").read_text()
@@ -183,13 +183,13 @@ def test_a_section_on_the_command_line_is_relative_to_where_it_is_typed(
     assert load_scenario(PAPER, ["vehicle=heavy.yaml"]).config.vehicle.mass == 0.9
 
 
-def test_the_seed_comes_from_the_caller_then_the_file_then_is_zero(tmp_path: Path) -> None:
+def test_seed_of_the_caller_goes_before_the_file_and_the_default(tmp_path: Path) -> None:
     assert load_scenario(PAPER).seed == 0
     assert load_scenario(PAPER, ["seed=5"]).seed == 5
     assert load_scenario(PAPER, ["seed=5"], seed=6).seed == 6
 
 
-def test_all_problems_are_told_at_once() -> None:
+def test_all_problems_are_reported_together() -> None:
     with pytest.raises(ConfigError) as caught:
         load_scenario(PAPER, ["controller.period_s=-0.05", "vehicle.mass_kg=heavy", "plant.step=1"])
     assert str(caught.value).splitlines() == [

@@ -1,4 +1,4 @@
-"""Units at the border."""
+"""Conversion of units."""
 
 import math
 

@@ -17,8 +17,9 @@ from relform_analysis.sweep.folder import REPORT, SweepFolder
 from relform_analysis.sweep.plan import Run, load_variants
 from relform_analysis.sweep.session import executor_for, fly_shown, positive
 from relform_core.errors import RelformError
+from relform_core.exit_codes import EXIT_FAILURE
 from relform_core.installed import software_versions
-from relform_core.script import EXIT_FAILURE, CommandParser, command, print_error
+from relform_core.script import CommandParser, command, print_error
 
 FIGURES = {FULL: "figures", PAPER_TUNING: "figures-paper-tuning"}
 """Folder of the figures of each tuning."""

@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.table import Table
 
 from relform_analysis.replay.replay import Replay, replay
-from relform_core.script import EXIT_FAILURE, EXIT_USAGE, CommandParser, command
+from relform_core.exit_codes import EXIT_FAILURE, EXIT_USAGE
+from relform_core.script import CommandParser, command
 from relform_core.units import rad_s_to_rpm
 
 EQUAL, DIFFERENT, TROUBLE = 0, EXIT_FAILURE, EXIT_USAGE

@@ -1,6 +1,7 @@
-"""The monitor: a member of the barrier that keeps the messages of a flight for live line and summary."""
+"""The monitor: a member of the barrier that stores the messages of a flight for live line and summary."""
 
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,13 +14,16 @@ from rclpy.utilities import try_shutdown
 
 from relform_analysis.flight.log import FlightLog, FlightLogBuilder
 from relform_analysis.flight.metrics import formation_errors, scored_pairs
+from relform_bringup.message_store import MessageStore
 from relform_core.load import LoadedScenario
 from relform_core.names import (
     EVENTS,
     GROUND_TRUTH,
     MONITOR_NODE,
     REFERENCE,
+    SOLVER,
     EventKind,
+    SolverState,
     split_node_name,
 )
 from relform_core.roster import Roster
@@ -30,29 +34,33 @@ from relform_ros.raw import raw_stamp_ns
 from relform_ros.run_node import Spinner
 
 RECENT_STEPS = 3
-"""Among the messages of so many steps there is one step of which all have come in."""
+"""Among the messages of this many steps is one step of which all have arrived."""
 
 
 class Monitor:
-    """Sees every step whole. Messages are kept as they came, and decoded when they are needed."""
+    """Sees every step whole. Messages are stored as they arrive, and decoded when they are needed."""
 
     def __init__(
         self,
         scenario: LoadedScenario,
         pacing: Pacing,
+        store: MessageStore,
         on_step: Callable[["Monitor"], None],
     ) -> None:
         """``on_step`` is called at the end of each step."""
         self.step = -1
         """The newest step that was seen whole; -1: none."""
+        self.fallbacks = 0
+        """Number of control steps whose SQP step failed."""
         self._scenario = scenario
         self._on_step = on_step
         self._began = self._now = 0.0
-        self._messages: list[tuple[str, bytes]] = []
+        self._store = store
         self._pacing = pacing
         self._types = {
             topic.name: topic.type for topic in pacing.readable if FlightLogBuilder.needs(topic.name)
         }
+        self._recent: deque[tuple[str, bytes]] = deque(maxlen=RECENT_STEPS * len(self._types))
         for topic in self._types:
             pacing.read(topic, decode=_Serialized, raw=True)
 
@@ -67,7 +75,8 @@ class Monitor:
             if step == 0:
                 self._began = self._now
             for topic, messages in self._pacing.gather(step).messages.items():
-                self._messages += [(topic, message.data) for message in messages]
+                for message in messages:
+                    self._keep(topic, message.data)
             self.step = step
             self._on_step(self)
             self._pacing.done(step)
@@ -80,14 +89,13 @@ class Monitor:
 
     @property
     def wall_time(self) -> float:
-        """What it took, from the first tick on [s]."""
+        """Wall time since the first tick [s]."""
         return self._now - self._began
 
     def formation_error(self) -> float | None:
-        """Mean true formation error of the scored pairs in the newest step [m]; None: there is none."""
-        recent = self._messages[-RECENT_STEPS * len(self._types) :]
+        """Mean true formation error of the scored pairs in the newest step [m]; None: unknown."""
         log = self._decode(
-            (topic, data) for topic, data in recent if topic.endswith((f"/{GROUND_TRUTH}", REFERENCE))
+            (topic, data) for topic, data in self._recent if topic.endswith((f"/{GROUND_TRUTH}", REFERENCE))
         )
         if not log.phase:
             return None
@@ -95,19 +103,27 @@ class Monitor:
 
     def waiting_for(self) -> str:
         """What the controller waits for before its first command; empty: it does not wait."""
-        recent = self._messages[-RECENT_STEPS * len(self._types) :]
-        events = [deserialize_message(data, self._types[EVENTS]) for topic, data in recent if topic == EVENTS]
+        events = [
+            deserialize_message(data, self._types[EVENTS]) for topic, data in self._recent if topic == EVENTS
+        ]
         return next((event.description for event in reversed(events) if event.kind == EventKind.STEP), "")
 
     def log(self) -> FlightLog:
         """The flight so far."""
-        return self._decode(self._messages)
+        return self._decode(self._store)
 
     def _decode(self, messages: Iterable[tuple[str, bytes]]) -> FlightLog:
         builder = FlightLogBuilder(self._scenario)
         for topic, data in messages:
             builder.add(topic, deserialize_message(data, self._types[topic]))
         return builder.build()
+
+    def _keep(self, topic: str, data: bytes) -> None:
+        self._store.add(topic, data)
+        self._recent.append((topic, data))
+        if topic == SOLVER:
+            status = deserialize_message(data, self._types[topic]).status
+            self.fallbacks += status == SolverState.FALLBACK
 
 
 @dataclass(frozen=True)
@@ -125,14 +141,15 @@ class _Serialized:
 def monitoring(
     scenario: LoadedScenario,
     observers: Sequence[str],
+    store: MessageStore,
     on_step: Callable[[Monitor], None],
     watch: Callable[[], None],
 ) -> Iterator[Monitor]:
-    """A monitor in this process, while the block runs; ``watch`` is called again and again while it waits."""
+    """A monitor in this process, while the block runs; it calls ``watch`` repeatedly while it waits."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = rclpy.create_node(split_node_name(MONITOR_NODE)[1], enable_rosout=False)
         pacing = LockstepPacing(node, Spinner(node, watch), scenario, Roster.of(scenario.config, observers))
-        yield Monitor(scenario, pacing, on_step)
+        yield Monitor(scenario, pacing, store, on_step)
     finally:
         try_shutdown()

@@ -105,18 +105,9 @@ class ControllerNode:
         if self._next_step == self._n_steps:
             self._parameters.close()
         if isinstance(decision, Waiting):
-            if not self._waiting_for:
-                print(f"{self._me.node}: the start waits for {decision.reason}", file=sys.stderr)
-            self._waiting_for = decision.reason
-            content = StepDecided(_stamps(messages), sqp_steps=0, waiting_for=decision.reason)
-            self._pacing.publish(self._me.events, self._event(step, content))
-            return decision
-        self._waiting_for = ""
-        self._solver_states[decision.solver.state] += 1
-        self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
-        for vehicle, command in decision.commands.items():
-            topic = vehicle_topic(vehicle, ROTOR_SPEEDS)
-            self._pacing.publish(topic, rotor_command_to_msg(command, vehicle))
+            self._publish_waiting(step, decision, messages)
+        else:
+            self._publish_commands(decision)
         return decision
 
     def _apply_parameters(self, step: int) -> None:
@@ -130,6 +121,21 @@ class ControllerNode:
         if len(changes) > len(weights):
             self._controller.set_formation(live.formation)
             self._pacing.publish(self._me.events, self._event(step, FormationSet(live.formation)))
+
+    def _publish_waiting(self, step: int, waiting: Waiting, messages: Mapping[str, tuple[Any, ...]]) -> None:
+        if not self._waiting_for:
+            print(f"{self._me.node}: the start waits for {waiting.reason}", file=sys.stderr)
+        self._waiting_for = waiting.reason
+        content = StepDecided(_stamps(messages), sqp_steps=0, waiting_for=waiting.reason)
+        self._pacing.publish(self._me.events, self._event(step, content))
+
+    def _publish_commands(self, decision: Decision) -> None:
+        self._waiting_for = ""
+        self._solver_states[decision.solver.state] += 1
+        self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
+        for vehicle, command in decision.commands.items():
+            topic = vehicle_topic(vehicle, ROTOR_SPEEDS)
+            self._pacing.publish(topic, rotor_command_to_msg(command, vehicle))
 
     def _publish_telemetry(self, decision: Decision, inputs: tuple[tuple[str, int], ...]) -> None:
         step, stamp_ns = decision.step, decision.stamp_ns

@@ -1,7 +1,6 @@
 """The clock of a flight: owns /clock and the lock-step barrier.
 
-Exit codes: 0 the flight is over, 2 a member was silent for too long, 3 a member reported a fault, 1 any other
-error, 130 interrupted.
+Its exit codes are those of ``relform_core.exit_codes.NodeExit``.
 """
 
 import time
@@ -14,6 +13,7 @@ from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
 from relform_core.errors import FlightError
+from relform_core.exit_codes import NodeExit
 from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, step_done_topic
 from relform_core.roster import Roster
 from relform_msgs.msg import StepDone
@@ -31,7 +31,7 @@ from relform_ros.topics import topic_table
 ANSWER_S = 1.0
 """How long a node may take to answer when the clock checks that it responds."""
 START_TIMEOUT = "Wall time that all members may take until they are ready [s]."
-EXIT_CODES = {SilentNodeError: 2, VehicleFaultError: 3}
+EXIT_CODES = {SilentNodeError: NodeExit.SILENT_MEMBER, VehicleFaultError: NodeExit.MEMBER_FAULT}
 
 
 class ClockServer:
