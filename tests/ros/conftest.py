@@ -1,13 +1,12 @@
-"""ROS tests hear this machine only, in a domain of their own: runs side by side do not disturb each other."""
+"""Limit ROS tests to this machine and to a domain of their own, so that parallel runs do not meet."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import domain_coordinator
 import pytest
+
+from support.ros2_command import live_nodes_process
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -27,18 +26,6 @@ def isolated_ros() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def live_nodes() -> Iterator[dict[str, str]]:
-    """The environment of a shell in which live_nodes.py runs, and ros2 is ours."""
-    with domain_coordinator.domain_id() as domain:
-        python = Path(sys.executable)
-        environment = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PATH": f"{python.parent}:/usr/bin:/bin"}
-        nodes = subprocess.Popen(
-            [python, Path(__file__).with_name("live_nodes.py")],
-            env=environment,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        with nodes:
-            assert nodes.stdout is not None
-            assert nodes.stdout.readline() == "ready\n"
-            yield environment
-            nodes.kill()
+    """The environment of a shell where live_nodes.py runs and ros2 is ours."""
+    with live_nodes_process() as (_, environment):
+        yield environment

@@ -1,32 +1,23 @@
 """How the ros2 command discovers the graph, and what it prints when nodes do not answer."""
 
 import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import domain_coordinator
 import pytest
 
 from relform_cli.participants import discovery_ports
-from support.ros2_command import Answer, ask
+from support.ros2_command import Answer, ask, live_nodes_process
 
 NODES = "/alpha/listener\n/alpha/talker\n"
 
 
 @pytest.fixture
-def stopped_nodes(live_nodes: dict[str, str]) -> Iterator[tuple[int, dict[str, str]]]:
-    """A stopped process of live_nodes.py in a domain of its own, and the environment of that domain."""
-    with domain_coordinator.domain_id() as domain:
-        environment = live_nodes | {"ROS_DOMAIN_ID": str(domain)}
-        command = [sys.executable, str(Path(__file__).with_name("live_nodes.py"))]
-        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as nodes:
-            assert nodes.stdout is not None
-            assert nodes.stdout.readline() == "ready\n"
-            nodes.send_signal(signal.SIGSTOP)
-            yield nodes.pid, environment
-            nodes.kill()
+def stopped_nodes() -> Iterator[tuple[int, dict[str, str]]]:
+    """The id of a stopped process of live_nodes.py, and the environment of its domain."""
+    with live_nodes_process() as (nodes, environment):
+        nodes.send_signal(signal.SIGSTOP)
+        yield nodes.pid, environment
 
 
 def test_list_waits_for_slow_nodes(stopped_nodes: tuple[int, dict[str, str]], tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Waiting for processes, and finding those that are left over."""
+"""Wait for processes, find those that are left over, and clean their output."""
 
 import time
 from collections.abc import Callable
@@ -7,15 +7,15 @@ from pathlib import Path
 
 
 def wait_until(condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
-    """Wait for a condition; an assertion fails when it does not come true in time."""
+    """Wait for a condition; fail if it does not become true in time."""
     deadline = time.monotonic() + timeout_s
     while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
+        assert time.monotonic() < deadline, "the condition did not become true in time"
         time.sleep(0.02)
 
 
 def processes_naming(text: str) -> dict[int, str]:
-    """Command lines by process id of the processes in whose arguments a text occurs."""
+    """Command lines, by process id, of the processes with a text in their arguments."""
     found = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdecimal():
@@ -26,6 +26,6 @@ def processes_naming(text: str) -> dict[int, str]:
     return found
 
 
-def without_middleware(errors: str) -> str:
-    """What a process itself wrote to stderr, without the complaints of its middleware."""
-    return "".join(line for line in errors.splitlines(keepends=True) if "RTPS" not in line)
+def without_middleware(output: str) -> str:
+    """The output of a process without the warnings of its middleware, which occur on a busy machine."""
+    return "".join(line for line in output.splitlines(keepends=True) if "RTPS" not in line)

@@ -1,13 +1,37 @@
-"""Command lines for ros2, in the shell of a user."""
+"""Command lines for ros2 in the shell of a user, and nodes for them."""
 
+import os
 import subprocess
-from collections.abc import Mapping
+import sys
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import domain_coordinator
+
+from support.processes import without_middleware
+
+LIVE_NODES = Path(__file__).parents[1] / "ros/live_nodes.py"
+
 N_AT_ONCE = 10
 """Commands that run in parallel; most of their time they wait."""
+
+
+@contextmanager
+def live_nodes_process() -> Iterator[tuple[subprocess.Popen[str], dict[str, str]]]:
+    """live_nodes.py in a domain of its own, and the environment of a shell there, where ros2 is ours."""
+    python = Path(sys.executable)
+    with domain_coordinator.domain_id() as domain:
+        environment = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PATH": f"{python.parent}:/usr/bin:/bin"}
+        with subprocess.Popen(
+            [python, LIVE_NODES], env=environment, stdout=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "ready\n"
+            yield process, environment
+            process.kill()
 
 
 @dataclass(frozen=True)
@@ -29,11 +53,6 @@ def ask(command: str, environment: Mapping[str, str], folder: Path) -> Answer:
         timeout=60,
     )
     return Answer(without_middleware(done.stdout), without_middleware(done.stderr), done.returncode)
-
-
-def without_middleware(text: str) -> str:
-    """The text without the warnings of the middleware, which occur on a busy machine."""
-    return "".join(line for line in text.splitlines(keepends=True) if "RTPS_" not in line)
 
 
 def ask_all(sequences: list[list[str]], environment: Mapping[str, str], folder: Path) -> dict[str, Answer]:

@@ -72,9 +72,8 @@ def complete_service(parsed_args: Namespace, **_: object) -> list[str]:
 def complete_type_of_service(parsed_args: Namespace, **_: object) -> list[str]:
     """The types of the service named before; all types if it has none."""
     with glanced_at(parsed_args) as node:
-        return dict(services(node, include_hidden=True)).get(parsed_args.service_name) or all_interfaces(
-            "srv"
-        )
+        types = dict(services(node, include_hidden=True)).get(parsed_args.service_name)
+    return types or all_interfaces("srv")
 
 
 def complete_values(parsed_args: Namespace, **_: object) -> list[str]:
