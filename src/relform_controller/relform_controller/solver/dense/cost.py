@@ -102,7 +102,7 @@ class CondensedCost:
         stages = slice(1, None) if term.at_end else slice(None, -1)
         for block in term.derivatives(expansion):
             if isinstance(block, ByStates):
-                state_maps = maps.by_inputs[block.vehicles, stages][:, :, block.components]
+                state_maps = maps.by_inputs[:, stages, block.components][block.vehicles]
                 rows[items, :, :, block.vehicles] = block.values @ state_maps
             else:
                 later = np.arange(block.lag, self._n_stages)
