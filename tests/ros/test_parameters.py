@@ -1,7 +1,6 @@
 """Parameters of real nodes: given at the start, changed in flight, recorded, replayed."""
 
 import signal
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,16 +8,7 @@ from typing import Any
 import domain_coordinator
 import pytest
 import yaml
-from rcl_interfaces.msg import Parameter as ParameterMsg
-from rcl_interfaces.msg import ParameterDescriptor, ParameterType
-from rcl_interfaces.srv import (
-    DescribeParameters,
-    GetParameters,
-    ListParameters,
-    SetParameters,
-    SetParametersAtomically,
-)
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rcl_interfaces.msg import ParameterType
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 
@@ -30,6 +20,7 @@ from relform_msgs.msg import FormationEvent, FormationReference, FormationState,
 from relform_ros.qos import LATCHED
 from support.nodes import HOVER, Nodes, short
 from support.observer import Observer
+from support.parameter_client import ParameterClient
 from support.scenarios import paper_scenario
 
 VEHICLES = ("leader", "follower_1", "follower_2")
@@ -42,47 +33,6 @@ TWO_PHASES = "phases=[{{{}, formation: initial, {}}}, {{{}, formation: wide, {}}
 )
 FORMATION = "formation.follower_1"
 WEIGHT = "weights.formation_per_m2"
-
-
-class Client:
-    """Calls the parameter services of one node, as ``ros2 param`` does."""
-
-    def __init__(self, observer: Observer, node: str) -> None:
-        self._observer = observer
-        self._node = node
-
-    def set(self, parameters: Mapping[str, Any]) -> list[str]:
-        """Set values one after the other, and return the reason of each refusal; empty: accepted."""
-        request = SetParameters.Request(parameters=_messages(parameters))
-        response = self._call(SetParameters, "set_parameters", request)
-        assert all(result.successful == (not result.reason) for result in response.results)
-        return [result.reason for result in response.results]
-
-    def set_at_once(self, parameters: Mapping[str, Any]) -> str:
-        request = SetParametersAtomically.Request(parameters=_messages(parameters))
-        result = self._call(SetParametersAtomically, "set_parameters_atomically", request).result
-        assert result.successful == (not result.reason)
-        return str(result.reason)
-
-    def get(self, *names: str) -> list[Any]:
-        response = self._call(GetParameters, "get_parameters", GetParameters.Request(names=names))
-        return [parameter_value_to_python(value) for value in response.values]
-
-    def dump(self) -> dict[str, Any]:
-        """All parameters."""
-        names = self._call(ListParameters, "list_parameters", ListParameters.Request()).result.names
-        return dict(zip(names, self.get(*names), strict=True))
-
-    def describe(self, *names: str) -> list[ParameterDescriptor]:
-        request = DescribeParameters.Request(names=names)
-        return list(self._call(DescribeParameters, "describe_parameters", request).descriptors)
-
-    def _call(self, type_: Any, service: str, request: Any) -> Any:
-        return self._observer.call(type_, f"{self._node}/{service}", request)
-
-
-def _messages(parameters: Mapping[str, Any]) -> list[ParameterMsg]:
-    return [Parameter(name, value=value).to_parameter_msg() for name, value in parameters.items()]
 
 
 class ChangedFlight:
@@ -100,7 +50,7 @@ class ChangedFlight:
 
     def _fly(self, observer: Observer, nodes: Nodes, folder: Path) -> None:
         ticks = observer.collect(StepDone, f"{vehicle_node('leader')}/step_done", LATCHED)
-        controller, follower = Client(observer, CONTROLLER_NODE), Client(observer, FOLLOWER)
+        controller, follower = ParameterClient(observer, CONTROLLER_NODE), ParameterClient(observer, FOLLOWER)
         for name in VEHICLES:
             nodes.start(name)
         nodes.start("controller", "weights.torque_per_n2_m2:=12")  # an integer, as people write it
@@ -254,7 +204,7 @@ def test_parameters_dumped_from_a_node_can_be_given_to_it(tmp_path: Path) -> Non
             Nodes(scenario, tmp_path, domain) as nodes,
         ):
             nodes.start("controller", arguments=given)
-            values.append(Client(observer, CONTROLLER_NODE).dump())
+            values.append(ParameterClient(observer, CONTROLLER_NODE).dump())
         file = tmp_path / "dump.yaml"
         file.write_text(yaml.dump({CONTROLLER_NODE: {"ros__parameters": values[-1]}}))
         given = ["--params-file", str(file)]
@@ -325,8 +275,8 @@ def test_one_file_for_all_nodes_with_remapped_topics_and_an_unknown_parameter(
         states = observer.collect(FormationState, "/team/state")
         for name in (*VEHICLES, "controller"):
             nodes.start(name, arguments=given)
-        assert Client(observer, FOLLOWER).get("tilt_max_deg", "failsafe.plan_max_s") == [80.0, 0.5]
-        assert Client(observer, CONTROLLER_NODE).get(WEIGHT) == [11.0]
+        assert ParameterClient(observer, FOLLOWER).get("tilt_max_deg", "failsafe.plan_max_s") == [80.0, 0.5]
+        assert ParameterClient(observer, CONTROLLER_NODE).get(WEIGHT) == [11.0]
         nodes.start("clock", arguments=given)
         ends = {name: nodes.end(name) for name in nodes.processes}
         observer.until(lambda: bool(clocks) and bool(states))
