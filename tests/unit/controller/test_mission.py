@@ -1,6 +1,8 @@
 """Missions: the phases of a scenario, and another one in their place that never ends."""
 
+import re
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from relform_sim.vehicle import Vehicle
 from support.flights import AGILE, all_speeds, record, replay
 from support.scenarios import NOISE_FREE, paper_scenario
 
+REPOSITORY = Path(__file__).parents[3]
 PERIOD_NS = 50_000_000
 FORMATION: dict[str, Vector3] = {"follower_1": (-1.0, -0.5, -0.5), "follower_2": (-1.0, 0.5, -0.5)}
 NEW: dict[str, Vector3] = {"follower_1": (-1.0, -0.5, -0.25), "follower_2": (-1.0, 0.5, -0.5)}
@@ -122,6 +125,27 @@ def test_a_request_below_the_ground_is_refused() -> None:
     mission.set_formation(low)
     mission.advance(531 * PERIOD_NS)
     assert mission.formation == low
+
+
+def documented_places() -> list[tuple[str, Vector3]]:
+    """Follower and place of every request in the documentation."""
+    pattern = re.compile(r'formation\.(follower_\d) "\[([^]]*)\]"')
+    found = []
+    for page in (REPOSITORY / "README.md", REPOSITORY / "docs/nodes.md"):
+        for follower, numbers in pattern.findall(page.read_text()):
+            x, y, z = map(float, numbers.split(","))
+            found.append((follower, (x, y, z)))
+    assert found
+    return found
+
+
+@pytest.mark.parametrize(("follower", "place"), documented_places())
+def test_documented_request_is_accepted_at_any_step(follower: str, place: Vector3) -> None:
+    config = paper_scenario().config
+    mission = ScenarioMission(config)
+    for step in range(config.n_steps):
+        mission.advance(step * config.period_ns)
+        mission.check_formation({**mission.formation, follower: place})
 
 
 def test_a_request_in_flight() -> None:
