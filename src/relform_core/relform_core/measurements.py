@@ -48,9 +48,9 @@ class VehicleMeasurements:
     @classmethod
     def collect(cls, arrived: Iterable[tuple[Sensor[Any, Any], Measurement]]) -> Self:
         """Sort what arrived, in any order, by sensor and stamp."""
-        by_sensor: dict[str, tuple[Measurement, ...]] = {}
+        by_sensor: dict[str, list[Measurement]] = {}
         for sensor, measurement in arrived:
-            by_sensor[sensor.name] = (*by_sensor.get(sensor.name, ()), measurement)
+            by_sensor.setdefault(sensor.name, []).append(measurement)
         return cls({name: tuple(sorted(each, key=_stamp_ns)) for name, each in by_sensor.items()})
 
     def newest(self, sensor: Sensor[M, Any]) -> M | None:

@@ -58,6 +58,7 @@ class Vehicle:
             q_NB=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
         )
         self._onboard = Onboard(config.vehicle, config.controller.period)
+        self._carried = config.sensors_of(name)
         self._sensors = SensorSuite(config, name, streams)
         self._link = make_link(config, name, streams)
         events = [event for event in config.events if event.target == name]
@@ -101,7 +102,7 @@ class Vehicle:
         self._check_instant(step, ground_truth)
         self._readings = self._sensors.read(ground_truth, self._plant.specific_force())
         stamp_ns = self._stamp_ns(step)
-        for sensor in self._config.sensors_of(self._name):
+        for sensor in self._carried:
             for measurement in self._readings.arrived(sensor):
                 self._link.up.send(stamp_ns, (sensor, measurement))
         return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
