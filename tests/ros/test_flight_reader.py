@@ -11,11 +11,18 @@ from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
-from relform_analysis.flight.from_bag import read_flight_log
+from relform_analysis.flight.from_bag import message_takers, read_flight_log
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_bags.writer import BagWriter
 from relform_core.errors import BagError
 from relform_core.names import CONFIG_ATTACHMENT
+from relform_core.telemetry import Event, FaultReported, PerStep
 from relform_msgs.msg import FormationReference, RelativePosition
+from relform_ros.commands import rotor_command_to_msg
+from relform_ros.events import event_to_msg
+from relform_ros.odometry import odometry_to_msg
+from relform_ros.telemetry import reference_to_msg, solver_to_msg, state_to_msg
+from support.logs import decision, odometry
 from support.scenarios import paper_scenario
 
 SCENARIO = paper_scenario(seed=11)
@@ -28,7 +35,7 @@ STEPS = 40
 
 
 def header(step: int) -> Header:
-    return Header(stamp=Time(sec=step // 20, nanosec=step % 20 * 50_000_000))
+    return Header(stamp=Time(sec=step // 20, nanosec=step % 20 * 50_000_000), frame_id="map")
 
 
 def message(topic: str, step: int) -> Any:
@@ -43,10 +50,10 @@ def message(topic: str, step: int) -> Any:
                 RelativePosition(observer_id="leader", target_id="follower_1", position=Vector3(x=-1.5))
             ],
         )
-    odometry = Odometry(header=header(step))
-    odometry.pose.pose.position.z = 2.0 + step
-    odometry.twist.twist.linear.x = 1.5
-    return odometry
+    state = Odometry(header=header(step), child_frame_id=f"{topic.split('/')[1]}/base_link")
+    state.pose.pose.position.z = 2.0 + step
+    state.twist.twist.linear.x = 1.5
+    return state
 
 
 def write(folder: Path, without: str = "", attachment: str | None = SCENARIO.effective_yaml) -> BagWriter:
@@ -84,6 +91,45 @@ def test_what_there_is_of_a_bag_that_was_cut_off(tmp_path: Path) -> None:
         np.testing.assert_array_equal(log.p_NB_N[:, 0, 2], 2.0 + np.arange(len(log.tick_ns)))
 
 
+def test_messages_and_core_types_make_the_same_log() -> None:
+    from_core, from_messages = (FlightLogBuilder(SCENARIO) for _ in range(2))
+    team = SCENARIO.config.team
+    takers = message_takers(from_messages, SCENARIO.config)
+    for step in range(3):
+        stamp_ns = 3_000_000_000 + step * 50_000_000
+        for vehicle, yaw_deg in (("leader", 10.0), ("follower_1", -50.0), ("follower_2", 170.0)):
+            state = odometry(stamp_ns, (1.0, -2.0, 3.0), yaw_deg)
+            from_core.add_ground_truth(vehicle, state)
+            takers[f"/{vehicle}/ground_truth"](odometry_to_msg(state, vehicle))
+        decided = decision(stamp_ns)
+        from_core.add_decision(decided)
+        takers[REFERENCE](reference_to_msg(PerStep(step, stamp_ns, decided.reference)))
+        takers["/formation/state"](state_to_msg(PerStep(step, stamp_ns, decided.state)))
+        takers["/formation/solver"](solver_to_msg(PerStep(step, stamp_ns, decided.solver)))
+        for vehicle, command in decided.commands.items():
+            takers[f"/{vehicle}/rotor_speeds"](rotor_command_to_msg(command, vehicle))
+    event = PerStep(3, 3_150_000_000, Event("follower_1", FaultReported("touches the ground")))
+    from_core.add_event(event)
+    takers["/formation/events"](event_to_msg(event, team))
+    expected, log = from_core.build(), from_messages.build()
+    assert log.phase == expected.phase == ("A", "A", "A")
+    assert log.faults == expected.faults != ()
+    for name, array in vars(expected).items():
+        if isinstance(array, np.ndarray):
+            np.testing.assert_array_equal(getattr(log, name), array, err_msg=name)
+    for name, values in expected.solver.items():
+        np.testing.assert_array_equal(log.solver[name], values, err_msg=name)
+
+
+def test_message_that_cannot_be_used_is_one_line(tmp_path: Path) -> None:
+    writer = write(tmp_path / "bag")
+    strange = message(REFERENCE, STEPS)
+    strange.formation[0].target_id = "stranger"
+    writer.write(REFERENCE, serialize_message(strange), 50_000_000 * STEPS, 0)
+    writer.close()
+    assert error_of(tmp_path / "bag").startswith(f"{writer.file}: {REFERENCE}: ")
+
+
 def error_of(path: Path) -> str:
     with pytest.raises(BagError) as failure:
         read_flight_log(path)
@@ -101,9 +147,30 @@ def test_topic_that_is_missing(tmp_path: Path, topic: str) -> None:
 def test_bag_from_elsewhere(tmp_path: Path) -> None:
     writer = write(tmp_path / "bag", attachment=None)
     writer.close()
-    assert (
-        error_of(tmp_path / "bag") == f"{writer.file}: not a bag of relform: it has no attachment config.yaml"
+    assert error_of(tmp_path / "bag").startswith(
+        f"{writer.file}: no configuration of the flight: the bag has no attachment config.yaml"
     )
+
+
+def test_configuration_of_a_bag_without_attachment(tmp_path: Path) -> None:
+    write(tmp_path / "run/bag", attachment=None).close()
+    given = tmp_path / "given.yaml"
+    given.write_text(SCENARIO.effective_yaml.replace("seed: 11", "seed: 12"))
+    assert read_flight_log(tmp_path / "run/bag", given).scenario.seed == 12
+    for file, seed in ((tmp_path / "run/config.yaml", 13), (tmp_path / "run/bag/config.yaml", 14)):
+        file.write_text(SCENARIO.effective_yaml.replace("seed: 11", f"seed: {seed}"))
+        log = read_flight_log(tmp_path / "run")
+        assert (log.scenario.seed, len(log.phase)) == (seed, STEPS)
+    file.write_text("name: [")
+    assert error_of(tmp_path / "run").startswith(f"{file}:1: not valid YAML")
+
+
+def test_given_configuration_comes_before_the_attachment(tmp_path: Path) -> None:
+    write(tmp_path / "bag").close()
+    given = tmp_path / "given.yaml"
+    given.write_text(SCENARIO.effective_yaml.replace("seed: 11", "seed: 12"))
+    assert read_flight_log(tmp_path / "bag", given).scenario.seed == 12
+    assert read_flight_log(tmp_path / "bag").scenario.seed == 11
 
 
 @pytest.mark.parametrize(

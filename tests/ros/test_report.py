@@ -37,7 +37,7 @@ def write_bag(folder: Path, without: str = "") -> Path:
             if topic != without:
                 writer.add_topic(topic, type_name, [])
         for step in range(STEPS):
-            header = Header(stamp=Time(sec=step // 20, nanosec=step % 20 * 50_000_000))
+            header = Header(stamp=Time(sec=step // 20, nanosec=step % 20 * 50_000_000), frame_id="map")
             for topic in types:
                 if topic == without:
                     continue
@@ -59,8 +59,9 @@ def reference(header: Header, step: int) -> FormationReference:
 
 
 def truth(header: Header, topic: str, step: int) -> Odometry:
-    message = Odometry(header=header)
-    message.pose.pose.position = Point(x=0.1 * step - VEHICLES.index(topic.split("/")[1]), y=0.03, z=2.0)
+    vehicle = topic.split("/")[1]
+    message = Odometry(header=header, child_frame_id=f"{vehicle}/base_link")
+    message.pose.pose.position = Point(x=0.1 * step - VEHICLES.index(vehicle), y=0.03, z=2.0)
     return message
 
 
@@ -130,9 +131,9 @@ def test_bag_from_elsewhere_and_no_bag(tmp_path: Path, capsys: pytest.CaptureFix
     with BagWriter(tmp_path / "bag", {}) as writer:
         pass
     assert main([str(tmp_path / "bag")]) == 2
-    assert (
-        capsys.readouterr().err
-        == f"error: {writer.file}: not a bag of relform: it has no attachment config.yaml\n"
+    assert capsys.readouterr().err == (
+        f"error: {writer.file}: no configuration of the flight: the bag has no attachment config.yaml, and "
+        "neither its folder nor the one above holds a config.yaml; name the scenario with --config FILE\n"
     )
     (tmp_path / "picture.mcap").write_bytes(b"\x89PNG and more")
     assert main([str(tmp_path / "picture.mcap")]) == 2

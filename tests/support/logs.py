@@ -1,15 +1,19 @@
 """Flights made by hand: ground truth and decisions as the log takes them, with chosen numbers."""
 
 from collections.abc import Mapping, Sequence
-from types import SimpleNamespace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from relform_analysis.flight.log import FlightLogBuilder
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_core.load import LoadedScenario
-from relform_core.measurements import Odometry
+from relform_core.measurements import Odometry, RotorCommand
+from relform_core.names import SolverState
+from relform_core.telemetry import Decision, PairEstimate, SolverReport, TeamReference, TeamState
+
+PERIOD_NS = 50_000_000
 
 FORMATION = {
     ("leader", "follower_1"): (-1.0, -0.5, -0.5),
@@ -38,46 +42,61 @@ def odometry(
     )
 
 
-def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Any:
-    """What the controller decides and was asked, with the fields of ``Decision`` that a log takes."""
+def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Decision:
+    """What the controller decides and was asked, with numbers of solver and reference changed."""
     speeds: Mapping[str, Sequence[float]] = changes.pop("speeds", {})
-    reference = {"p_NB_N": np.array([1.0, 2.0, 3.0]), "v_NB_N": np.array([2.0, 0.5, 0.1]), "yaw_NB": 1.5}
-    solver = {
-        "state": 1,
-        "objective": 12.5,
-        "kkt_first": 80.0,
-        "kkt": 0.5,
-        "sqp_steps": 2,
-        "qp_iterations": 7,
-        "active_bounds": 3,
-        "prepare_time": 0.002,
-        "feedback_time": 0.001,
-    }
-    return SimpleNamespace(
+    solver = SolverReport(
+        state=SolverState.STEP_LIMIT,
+        fallback_reason="",
+        objective=12.5,
+        kkt_first=80.0,
+        kkt=0.5,
+        sqp_steps=2,
+        qp_iterations=7,
+        active_bounds=3,
+        prepare_time=0.002,
+        feedback_time=0.001,
+    )
+    reference = TeamReference(
+        phase=phase,
+        p_NB_N=np.array([1.0, 2.0, 3.0]),
+        v_NB_N=np.array([2.0, 0.5, 0.1]),
+        yaw_NB=1.5,
+        formation={pair: np.array(position) for pair, position in FORMATION.items()},
+    )
+    pairs = tuple(
+        PairEstimate(
+            observer=observer,
+            target=target,
+            p_B1B2_C1__est=np.array(position) + 0.01,
+            p_B1B2_C1__ref=np.array(position),
+            yaw_I1I2=0.25,
+            yaw_variance=0.04,
+            yaw_held=False,
+        )
+        for (observer, target), position in FORMATION.items()
+    )
+    return Decision(
+        step=stamp_ns // PERIOD_NS,
         stamp_ns=stamp_ns,
-        reference=SimpleNamespace(
-            phase=phase,
-            formation={pair: np.array(position) for pair, position in FORMATION.items()},
-            **{name: changes.get(name, value) for name, value in reference.items()},
-        ),
-        state=SimpleNamespace(
-            pairs=[
-                SimpleNamespace(
-                    observer=observer,
-                    target=target,
-                    p_B1B2_C1__est=np.array(position) + 0.01,
-                    yaw_I1I2=0.25,
-                    yaw_variance=0.04,
-                )
-                for (observer, target), position in FORMATION.items()
-            ]
-        ),
         commands={
-            vehicle: SimpleNamespace(speeds=np.array(speeds.get(vehicle, [400.0, 410.0, 420.0, 430.0])))
+            vehicle: RotorCommand(
+                stamp_ns=stamp_ns,
+                period_ns=PERIOD_NS,
+                speeds=np.array(speeds.get(vehicle, [400.0, 410.0, 420.0, 430.0])),
+                predicted_speeds=np.full((2, 4), 405.0),
+            )
             for vehicle in ("leader", "follower_1", "follower_2")
         },
-        solver=SimpleNamespace(**{name: changes.get(name, value) for name, value in solver.items()}),
+        solver=replace(solver, **_of(solver, changes)),
+        state=TeamState(phase, pairs, leader_position_error=0.1, leader_yaw_error=-0.2),
+        reference=replace(reference, **_of(reference, changes)),
     )
+
+
+def _of(part: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Those changes that are fields of a part."""
+    return {name: value for name, value in changes.items() if hasattr(part, name)}
 
 
 def perfect_builder(scenario: LoadedScenario, phases: Sequence[str]) -> FlightLogBuilder:

@@ -129,6 +129,24 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> Iterator[BagA
             return  # whatever follows what is damaged cannot be trusted
 
 
+def read_attachments(path: Path) -> dict[str, str]:
+    """The texts that are kept in a bag, by name, up to where its first file ends or is damaged.
+
+    Args:
+        path: one file, the bag's folder or the folder of a run.
+    Raises:
+        BagError: there is no bag, it cannot be read, or is not MCAP.
+    """
+    first = bag_files(path)[0]  # every file of a split bag has them
+    texts: dict[str, str] = {}
+    with read_errors(first), first.open("rb") as stream:
+        for record in raw_records(stream, first):
+            if record.opcode == Opcode.ATTACHMENT:
+                for attachment in _text_attachment(Attachment.read(record.stream)):
+                    texts[attachment.name] = attachment.text
+    return texts
+
+
 class _FileReading:
     """One pass through a file."""
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from relform_analysis.flight.log import FlightLog, FlightLogBuilder
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_bags.recover import recover_bag
 from relform_bringup.display import FlightDisplay

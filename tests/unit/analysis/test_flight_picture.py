@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from relform_analysis.flight.log import FlightLogBuilder
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.plots.flight_picture import HEIGHT_PX, WIDTH_PX, draw_flight
 from relform_core.errors import FlightError
 from support.logs import odometry, perfect_builder

@@ -1,96 +1,16 @@
-"""The log of a flight: from core types, from messages, and of a flight that was cut off."""
+"""The log of a flight from core types, whole and with parts missing."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pytest
 
-from relform_analysis.flight.log import FlightLogBuilder
-from relform_core.errors import BagError
+from relform_analysis.flight.log import LogEntry
+from relform_analysis.flight.log_builder import FlightLogBuilder
+from relform_core.telemetry import Event, FaultReported, FormationSet, ParametersSet, PerStep, StepDecided
 from support.logs import FORMATION, decision, odometry, perfect_builder
 from support.scenarios import paper_scenario
 
 PERIOD_NS = 50_000_000
-
-
-def header(stamp_ns: int) -> Any:
-    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
-    return SimpleNamespace(stamp=SimpleNamespace(sec=seconds, nanosec=nanoseconds))
-
-
-def vector(values: Any) -> Any:
-    return SimpleNamespace(**dict(zip("xyzw", map(float, values), strict=False)))
-
-
-def messages_of_step(stamp_ns: int) -> dict[str, Any]:
-    """The same step as ``support.logs`` makes of core types, by topic."""
-    decided = decision(stamp_ns)
-    reference = decided.reference
-    solver = {name: value for name, value in vars(decided.solver).items() if name != "state"}
-    formation = [
-        SimpleNamespace(observer_id=observer, target_id=target, position=vector(position))
-        for (observer, target), position in reference.formation.items()
-    ]
-    pairs = [
-        SimpleNamespace(
-            observer_id=pair.observer,
-            target_id=pair.target,
-            position=vector(pair.p_B1B2_C1__est),
-            yaw=pair.yaw_I1I2,
-            yaw_variance=pair.yaw_variance,
-        )
-        for pair in decided.state.pairs
-    ]
-    messages: dict[str, Any] = {
-        "/formation/reference": SimpleNamespace(
-            phase=reference.phase,
-            leader_position=vector(reference.p_NB_N),
-            leader_velocity=vector(reference.v_NB_N),
-            leader_yaw=reference.yaw_NB,
-            formation=formation,
-        ),
-        "/formation/state": SimpleNamespace(pairs=pairs),
-        "/formation/solver": SimpleNamespace(status=decided.solver.state, **solver),
-        "/formation/events": SimpleNamespace(kind=0, source="", description=""),
-        "/leader/imu": SimpleNamespace(),
-    }
-    for vehicle, command in decided.commands.items():
-        messages[f"/{vehicle}/rotor_speeds"] = SimpleNamespace(speeds=command.speeds)
-    for message in messages.values():
-        message.header = header(stamp_ns)
-    return messages
-
-
-def truth_message(stamp_ns: int, yaw_deg: float) -> Any:
-    state = odometry(stamp_ns, (1.0, -2.0, 3.0), yaw_deg)
-    pose = SimpleNamespace(position=vector(state.p_NB_N), orientation=vector(state.q_NB))
-    twist = SimpleNamespace(linear=vector(state.v_NB_B), angular=vector(state.w_NB_B))
-    return SimpleNamespace(
-        header=header(stamp_ns),
-        pose=SimpleNamespace(pose=pose, covariance=np.zeros(36)),
-        twist=SimpleNamespace(twist=twist, covariance=np.zeros(36)),
-    )
-
-
-def test_messages_and_core_types_make_the_same_log() -> None:
-    from_core, from_messages = (FlightLogBuilder(paper_scenario()) for _ in range(2))
-    for step in range(3):
-        stamp_ns = 3_000_000_000 + step * PERIOD_NS
-        for vehicle, yaw_deg in (("leader", 10.0), ("follower_1", -50.0), ("follower_2", 170.0)):
-            from_core.add_ground_truth(vehicle, odometry(stamp_ns, (1.0, -2.0, 3.0), yaw_deg))
-            from_messages.add(f"/{vehicle}/ground_truth", truth_message(stamp_ns, yaw_deg))
-        from_core.add_decision(decision(stamp_ns))
-        for topic, message in messages_of_step(stamp_ns).items():
-            from_messages.add(topic, message)
-    expected, log = from_core.build(), from_messages.build()
-    assert log.phase == expected.phase == ("A", "A", "A")
-    for name, array in vars(expected).items():
-        if isinstance(array, np.ndarray):
-            np.testing.assert_array_equal(getattr(log, name), array, err_msg=name)
-    for name, values in expected.solver.items():
-        np.testing.assert_array_equal(log.solver[name], values, err_msg=name)
-    assert not log.faults
 
 
 def test_shapes_and_axes() -> None:
@@ -116,12 +36,11 @@ def test_last_tick_without_all_vehicles_is_left_out() -> None:
 
 
 def test_what_is_missing_is_nan() -> None:
-    builder = FlightLogBuilder(paper_scenario())
+    builder, decided = FlightLogBuilder(paper_scenario()), decision(0)
     for vehicle in ("leader", "follower_1", "follower_2"):
-        builder.add(f"/{vehicle}/ground_truth", truth_message(0, 20.0))
-    messages = messages_of_step(0)
-    builder.add("/formation/reference", messages["/formation/reference"])
-    builder.add("/leader/rotor_speeds", messages["/leader/rotor_speeds"])
+        builder.add_ground_truth(vehicle, odometry(0, (1.0, -2.0, 3.0), 20.0))
+    builder.add_reference(PerStep(0, 0, decided.reference))
+    builder.add_command("leader", decided.commands["leader"])
     assert builder.missing() is None
     log = builder.build()
     assert np.isfinite(log.rotor_speeds[0, 0]).all()
@@ -142,32 +61,25 @@ def test_says_what_it_lacks() -> None:
     assert builder.missing() is None
 
 
-def test_faults_are_kept() -> None:
+def test_faults_and_changes_are_kept_in_words() -> None:
     builder = perfect_builder(paper_scenario(), ["A"])
-    event = SimpleNamespace(
-        header=header(PERIOD_NS), kind=2, source="follower_1", description="touches the ground"
+
+    def happens(step: int, source: str, content: Any) -> None:
+        builder.add_event(PerStep(step, step * PERIOD_NS, Event(source, content)))
+
+    happens(0, "/formation/controller", StepDecided((("/leader/imu", 0),), 2))
+    happens(1, "follower_1", FaultReported("touches the ground"))
+    happens(2, "/formation/controller", ParametersSet({"weights.formation_per_m2": 12.0, "weights.x": 0.25}))
+    happens(3, "/formation/controller", FormationSet({"follower_1": (-1.0, 0.5, -0.25)}))
+    log = builder.build()
+    assert log.faults == (LogEntry(PERIOD_NS, "follower_1", "touches the ground"),)
+    assert log.changes == (
+        LogEntry(2 * PERIOD_NS, "/formation/controller", "weights.formation_per_m2 = 12, weights.x = 0.25"),
+        LogEntry(3 * PERIOD_NS, "/formation/controller", "formation: follower_1 at [-1, 0.5, -0.25] m"),
     )
-    builder.add("/formation/events", event)
-    (fault,) = builder.build().faults
-    assert (fault.stamp_ns, fault.source, fault.description) == (
-        PERIOD_NS,
-        "follower_1",
-        "touches the ground",
-    )
 
 
-def test_unknown_vehicle_is_one_line() -> None:
-    message = messages_of_step(0)["/formation/state"]
-    message.pairs[0].target_id = "stranger"
-    with pytest.raises(
-        BagError, match=r"^/formation/state: names the vehicle 'stranger', which is not of the team$"
-    ):
-        FlightLogBuilder(paper_scenario()).add("/formation/state", message)
-
-
-@pytest.mark.parametrize(
-    ("topic", "needed"),
-    [("/leader/ground_truth", True), ("/formation/solver", True), ("/leader/imu", False), ("/clock", False)],
-)
-def test_needs(topic: str, needed: bool) -> None:
-    assert FlightLogBuilder.needs(topic) is needed
+def test_leader_and_followers_are_found_by_name() -> None:
+    log = perfect_builder(paper_scenario(), ["A"]).build()
+    assert log.vehicles[log.leader] == "leader"
+    assert [log.vehicles[index] for index in log.followers] == ["follower_1", "follower_2"]

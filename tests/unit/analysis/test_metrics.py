@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from relform_analysis.flight.log import FlightLogBuilder
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.metrics import (
     Distribution,
     flight_metrics,

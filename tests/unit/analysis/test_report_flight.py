@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relform_analysis.flight.log import FlightLog, FlightLogBuilder
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.metrics import (
     flight_metrics,
     formation_errors,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from relform_analysis.flight.log import FlightLogBuilder
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.summary import Ending, Outcome, build_summary, write_summary
 from relform_analysis.report.console import print_table

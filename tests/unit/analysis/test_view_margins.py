@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_analysis.flight.log import FlightLog, FlightLogBuilder
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.view_margins import view_margins
 from relform_core.measurements import Odometry
 from relform_sensors.range_bearing import RangeBearingSensor

@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from relform_analysis.flight.log import Fault, FlightLog
+from relform_analysis.flight.log import FlightLog, LogEntry
 from relform_core.atomic_file import written_atomically
 from relform_core.errors import RelformError
 from relform_core.load import LoadedScenario
 
 _SOLVER = "solver."
 """Before the names of the solver's numbers."""
-_OTHERS = {"scenario", "phase", "solver", "faults"}
+_ENTRIES = ("faults", "changes")
+"""Fields of a log that hold entries in words."""
+_OTHERS = {"scenario", "phase", "solver", *_ENTRIES}
 """Fields of a log that are no arrays."""
 
 
@@ -28,8 +30,10 @@ def write_log(path: Path, log: FlightLog) -> None:
         field.name: _compact(getattr(log, field.name)) for field in fields(log) if field.name not in _OTHERS
     }
     arrays |= {f"{_SOLVER}{name}": _compact(values) for name, values in log.solver.items()}
-    faults = [(str(fault.stamp_ns), fault.source, fault.description) for fault in log.faults]
-    arrays |= {"phase": np.array(log.phase, dtype=np.str_), "faults": np.array(faults, dtype=np.str_)}
+    arrays["phase"] = np.array(log.phase, dtype=np.str_)
+    for name in _ENTRIES:
+        entries = [(str(entry.stamp_ns), entry.source, entry.description) for entry in getattr(log, name)]
+        arrays[name] = np.array(entries, dtype=np.str_)
     try:
         with written_atomically(path) as stream:
             np.savez_compressed(stream, **arrays)
@@ -46,7 +50,13 @@ def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             arrays = {name: _precise(archive[name]) for name in archive.files}
-        phase, faults = arrays.pop("phase"), arrays.pop("faults")
+        phase = arrays.pop("phase")
+        entries = {
+            name: tuple(
+                LogEntry(int(stamp), source, text) for stamp, source, text in arrays.pop(name).tolist()
+            )
+            for name in _ENTRIES
+        }
         solver = {
             name.removeprefix(_SOLVER): arrays.pop(name) for name in list(arrays) if name.startswith(_SOLVER)
         }
@@ -54,7 +64,8 @@ def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
             scenario=scenario,
             phase=tuple(phase.tolist()),
             solver=solver,
-            faults=tuple(Fault(int(stamp), source, text) for stamp, source, text in faults.tolist()),
+            faults=entries["faults"],
+            changes=entries["changes"],
             **arrays,
         )
     except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:

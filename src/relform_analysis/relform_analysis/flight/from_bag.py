@@ -1,56 +1,77 @@
-"""A recorded flight as a ``FlightLog``, from the bag alone."""
+"""Messages of a flight as entries of its log, live or from a bag."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from rclpy.serialization import deserialize_message
 
-from relform_analysis.flight.log import FlightLog, FlightLogBuilder
+from relform_analysis.flight.bag_configuration import find_configuration
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_bags.message_types import message_class
-from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
-from relform_core.errors import BagError, ConfigError
-from relform_core.load import LoadedScenario, load_scenario_text
-from relform_core.names import CONFIG_ATTACHMENT
+from relform_bags.reader import BagMessage, find_bag, read_bag
+from relform_core.errors import BagError, MessageError
+from relform_core.names import GROUND_TRUTH, ROTOR_SPEEDS, vehicle_topic
+from relform_core.roster import Controller, Roster
+from relform_core.scenario_config import ScenarioConfig
+from relform_ros.commands import rotor_command_from_msg
+from relform_ros.events import event_from_msg
+from relform_ros.odometry import odometry_from_msg
+from relform_ros.telemetry import reference_from_msg, solver_from_msg, state_from_msg
 
 
-def read_flight_log(path: Path) -> FlightLog:
+def message_takers(
+    builder: FlightLogBuilder, config: ScenarioConfig, controller: Controller | None = None
+) -> Mapping[str, Callable[[Any], None]]:
+    """What adds a message to a log, by topic; a message that cannot be used raises MessageError.
+
+    Args:
+        builder: of the log.
+        config: scenario that is flown.
+        controller: whose log it is; None: the one that commands the whole team.
+    """
+    team = config.team
+    controller = controller or Roster.of(config).controllers[0]
+
+    def take_ground_truth(vehicle: str, msg: Any) -> None:
+        builder.add_ground_truth(vehicle, odometry_from_msg(msg, vehicle))
+
+    def take_command(vehicle: str, msg: Any) -> None:
+        builder.add_command(vehicle, rotor_command_from_msg(msg, vehicle))
+
+    takers: dict[str, Callable[[Any], None]] = {
+        controller.reference: lambda msg: builder.add_reference(reference_from_msg(msg, team.vehicles)),
+        controller.state: lambda msg: builder.add_state(state_from_msg(msg, team.vehicles)),
+        controller.solver: lambda msg: builder.add_solver(solver_from_msg(msg)),
+        controller.events: lambda msg: builder.add_event(event_from_msg(msg, team)),
+    }
+    for vehicle in team.vehicles:
+        takers[vehicle_topic(vehicle, GROUND_TRUTH)] = partial(take_ground_truth, vehicle)
+        takers[vehicle_topic(vehicle, ROTOR_SPEEDS)] = partial(take_command, vehicle)
+    return takers
+
+
+def read_flight_log(path: Path, configuration: Path | str | None = None) -> FlightLog:
     """Read a flight; of a bag that was cut off, what there is.
 
     Args:
         path: the bag's file or folder, or the folder of the run.
+        configuration: path or plain name of the scenario; None: as ``find_configuration`` finds it.
     Raises:
-        BagError: one line: there is no bag, it is not of relform, or it holds no flight.
+        BagError: one line: there is no bag, no configuration or no flight, or a message cannot be used.
     """
-    file = find_bag(path)
-    builder: FlightLogBuilder | None = None
-    try:
-        for entry in read_bag(file):
-            match entry:
-                case BagAttachment(name, text) if name == CONFIG_ATTACHMENT:
-                    builder = FlightLogBuilder(load_attached_scenario(text, file))
-                case BagMessage(topic, type_name, data) if builder is not None:
-                    if FlightLogBuilder.needs(topic):
-                        builder.add(topic, deserialize_message(data, message_class(type_name)))
-        if builder is None:
-            raise BagError(f"not a bag of relform: it has no attachment {CONFIG_ATTACHMENT}")
-        if missing := builder.missing():
-            raise BagError(f"no flight in it: {missing}")
-        return builder.build()
-    except BagError as error:
-        prefix = f"{file}: "
-        raise BagError(prefix + str(error).removeprefix(prefix)) from None
-
-
-def load_attached_scenario(text: str, file: Path, overrides: Sequence[str] = ()) -> LoadedScenario:
-    """The scenario that is attached to a bag, with some keys changed.
-
-    Raises:
-        BagError: it is not usable.
-        ConfigError: an override is not.
-    """
-    origin = f"{file}: its attachment {CONFIG_ATTACHMENT}"
-    try:
-        scenario = load_scenario_text(text, origin)
-    except ConfigError as error:
-        raise BagError(str(error).splitlines()[0]) from None
-    return load_scenario_text(text, origin, overrides) if overrides else scenario
+    bag = find_bag(path)
+    scenario = find_configuration(bag, configuration).load()
+    builder = FlightLogBuilder(scenario)
+    takers = message_takers(builder, scenario.config)
+    for entry in read_bag(bag, takers):
+        if isinstance(entry, BagMessage):
+            try:
+                takers[entry.topic](deserialize_message(entry.data, message_class(entry.type_name)))
+            except MessageError as error:
+                raise BagError(f"{bag}: {entry.topic}: {error}") from None
+    if missing := builder.missing():
+        raise BagError(f"{bag}: no flight in it: {missing}")
+    return builder.build()

@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from relform_analysis.flight.log import FlightLog, FlightLogBuilder
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_controller.blas import one_blas_thread
 from relform_controller.formation_controller import FormationController
 from relform_core.load import LoadedScenario

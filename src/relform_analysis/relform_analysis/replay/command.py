@@ -10,6 +10,7 @@ from rich.table import Table
 
 from relform_analysis.replay.replay import Replay, replay
 from relform_core.exit_codes import EXIT_FAILURE, EXIT_USAGE
+from relform_core.run_folder import CONFIG_FILE
 from relform_core.script import CommandParser, command
 from relform_core.units import rad_s_to_rpm
 
@@ -21,14 +22,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Replay a bag; returns the exit code."""
     options = _parser().parse_args(arguments)
     # Needs ROS, the help does not.
-    from relform_analysis.flight.from_bag import load_attached_scenario
     from relform_analysis.replay.from_bag import read_recorded_flight
 
     overrides = [f"controller={options.controller}"] if options.controller else []
-    flight = read_recorded_flight(options.bag)
+    flight = read_recorded_flight(options.bag, options.config)
     overrides += options.overrides
-    scenario = load_attached_scenario(flight.config_text, flight.file, overrides)
+    scenario = flight.configuration.load(overrides)
     result = replay(flight, scenario)
+    if flight.gap is not None:
+        print(f"{options.bag}: the replay ends early: {flight.gap}", file=sys.stderr)
     if options.plot:
         from relform_analysis.replay.figure import draw_replay  # matplotlib takes a second to import
 
@@ -44,6 +46,12 @@ def _parser() -> CommandParser:
         "and compare its commands with the recorded ones. Exit code: 0 equal, 1 different, 2 trouble.",
     )
     parser.add_argument("bag", type=Path, metavar="BAG", help="bag, or folder of a run")
+    parser.add_argument(
+        "--config",
+        metavar="FILE",
+        help=f"scenario that was flown, path or plain name (default: the attachment of the bag, else the "
+        f"{CONFIG_FILE} beside it)",
+    )
     parser.add_argument("--controller", type=Path, metavar="FILE", help="another controller configuration")
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE", help="change a key"

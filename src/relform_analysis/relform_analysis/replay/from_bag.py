@@ -1,117 +1,141 @@
-"""What a recorded flight's controller was given and what it answered, step by step, from the bag alone."""
+"""What a recorded flight's controller was given and what it answered, step by step, from a bag.
 
-from collections import defaultdict
-from collections.abc import Mapping
+Messages are found by the stamp in their header: the log time of a bag is wall time for most recorders.
+"""
+
 from pathlib import Path
 from typing import Any
 
 from rclpy.serialization import deserialize_message
 
-from relform_analysis.flight.from_bag import load_attached_scenario
+from relform_analysis.flight.bag_configuration import find_configuration
 from relform_analysis.replay.replay import RecordedFlight, RecordedStep
 from relform_bags.message_types import message_class
-from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
+from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_core.errors import BagError, MessageError
-from relform_core.live_values import Value
-from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
-from relform_core.names import CONFIG_ATTACHMENT, CONTROLLER_NODE, EVENTS, ROTOR_SPEEDS, vehicle_topic
-from relform_core.schema import Vector3
-from relform_core.sensors.sensor import Measurement, Sensor
-from relform_core.telemetry import FormationSet, ParametersSet, StepDecided
-from relform_msgs.msg import FormationEvent as FormationEventMsg
+from relform_core.names import CONTROLLER_NODE, EVENTS, ROTOR_SPEEDS, vehicle_topic
+from relform_core.scenario_config import ScenarioConfig
+from relform_core.telemetry import Event, FormationSet, ParametersSet, PerStep, StepDecided
+from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_from_msg
+from relform_ros.raw import raw_stamp_ns
 from relform_ros.sensors.wire import wire
 
 
-def read_recorded_flight(path: Path) -> RecordedFlight:
-    """Read a flight; of a bag that was cut off, the steps that are complete.
+def read_recorded_flight(path: Path, configuration: Path | str | None = None) -> RecordedFlight:
+    """Read a flight, from its first control step to the last one that the bag holds whole.
 
     Args:
         path: the bag's file or folder, or the folder of the run.
+        configuration: path or plain name of the scenario; None: as ``find_configuration`` finds it.
     Raises:
-        BagError: one line: there is no bag, it is not of relform, or it holds no control step.
+        BagError: one line: there is no bag, no configuration or no first control step, or a message cannot
+            be used.
     """
-    file = find_bag(path)
-    config_text: str | None = None
-    messages: dict[tuple[str, int], Any] = {}
-    events: list[FormationEventMsg] = []
-    for entry in read_bag(file):
-        match entry:
-            case BagAttachment(name, text) if name == CONFIG_ATTACHMENT:
-                config_text = text
-            case BagMessage(topic, type_name, data) if topic == EVENTS:
-                events.append(deserialize_message(data, message_class(type_name)))
-            case BagMessage(topic, type_name, data):
-                messages[topic, entry.log_time_ns] = type_name, data
-    if config_text is None:
-        raise BagError(f"{file}: not a bag of relform: it has no attachment {CONFIG_ATTACHMENT}")
-    scenario = load_attached_scenario(config_text, file)
+    bag = find_bag(path)
+    found = find_configuration(bag, configuration)
+    scenario = found.load()
     try:
-        steps = _steps(scenario, messages, events)
+        recording = _Recording(bag, scenario.config)
+        steps: list[RecordedStep] = []
+        while (gap := recording.gap(len(steps))) is None:
+            steps.append(recording.step(len(steps)))
     except MessageError as error:
-        raise BagError(f"{file}: {error}") from None
+        raise BagError(f"{bag}: {error}") from None
     if not steps:
-        raise BagError(
-            f"{file}: no complete control step in it: sensors, rotor_speeds and {EVENTS} are needed"
+        raise BagError(f"{bag}: no replay: {gap}")
+    return RecordedFlight(found, scenario, tuple(steps), gap or None)
+
+
+class _Recording:
+    """The messages of a flight's controller, by topic and stamp."""
+
+    def __init__(self, bag: Path, config: ScenarioConfig) -> None:
+        self._config = config
+        self._messages: dict[tuple[str, int], tuple[str, bytes]] = {}
+        self._decided: dict[int, StepDecided] = {}
+        self._formations: dict[int, FormationSet] = {}
+        self._parameters: dict[int, ParametersSet] = {}
+        self._sensors = {
+            vehicle_topic(vehicle, sensor.name): (vehicle, sensor)
+            for vehicle in config.team.vehicles
+            for sensor in config.sensors_of(vehicle)
+        }
+        self._commands = {vehicle: vehicle_topic(vehicle, ROTOR_SPEEDS) for vehicle in config.team.vehicles}
+        for entry in read_bag(bag, {EVENTS, *self._sensors, *self._commands.values()}):
+            if not isinstance(entry, BagMessage):
+                continue
+            message = entry.type_name, entry.data
+            if entry.topic == EVENTS:
+                self._add_event(event_from_msg(_deserialized(message), config.team))
+            else:  # the controller, too, takes the first of two
+                self._messages.setdefault((entry.topic, raw_stamp_ns(entry.data)), message)
+
+    def gap(self, step: int) -> str | None:
+        """Why this step cannot be replayed, in words; empty: the flight ended before; None: it can."""
+        if step not in self._decided:
+            if not self._decided:
+                return f"there is no control step on {EVENTS}"
+            if step < min(self._decided):
+                return f"the recording starts at control step {min(self._decided)}, and a replay at step 0"
+            return f"{self._named(step)} is not on {EVENTS}" if step < max(self._decided) else ""
+        inputs = self._decided[step].inputs
+        for topic, _ in inputs:
+            if topic not in self._sensors:
+                return f"{self._named(step)} used {topic}, which is no sensor of the configuration"
+        answers = ((topic, self._stamp_ns(step)) for topic in self._answers(step).values())
+        for topic, stamp_ns in (*inputs, *answers):
+            if (topic, stamp_ns) not in self._messages:
+                time = stamp_ns / NANOSECONDS_PER_SECOND
+                return f"{self._named(step)} lacks the message on {topic} of {time:.2f} s"
+        return None
+
+    def step(self, step: int) -> RecordedStep:
+        """A step without a gap.
+
+        Raises:
+            MessageError: a message cannot be used.
+        """
+        decided, team = self._decided[step], self._config.team
+        arrived: dict[str, list[Any]] = {vehicle: [] for vehicle in team.vehicles}
+        for topic, stamp_ns in decided.inputs:
+            vehicle, sensor = self._sensors[topic]
+            msg = _deserialized(self._messages[topic, stamp_ns])
+            arrived[vehicle].append((sensor, wire(sensor).from_msg(msg, vehicle, team.vehicles)))
+        given = {vehicle: VehicleMeasurements.collect(each) for vehicle, each in arrived.items()}
+        stamp_ns = self._stamp_ns(step)
+        formation, parameters = self._formations.get(step), self._parameters.get(step)
+        return RecordedStep(
+            TeamMeasurements(step, stamp_ns, given),
+            None if formation is None else formation.formation,
+            {} if parameters is None else parameters.changes,
+            decided.sqp_steps,
+            {
+                vehicle: rotor_command_from_msg(_deserialized(self._messages[topic, stamp_ns]), vehicle)
+                for vehicle, topic in self._answers(step).items()
+            },
         )
-    return RecordedFlight(file, config_text, scenario, steps)
 
+    def _answers(self, step: int) -> dict[str, str]:
+        """Topics of the commands of a step, by vehicle: none while the controller waits for measurements."""
+        return {} if self._decided[step].waiting_for else self._commands
 
-def _steps(
-    scenario: LoadedScenario, messages: Mapping[tuple[str, int], Any], events: list[FormationEventMsg]
-) -> tuple[RecordedStep, ...]:
-    """The steps from the first one on for which everything is there."""
-    config = scenario.config
-    formations: dict[int, Mapping[str, Vector3]] = {}
-    parameters: dict[int, Mapping[str, Value]] = {}
-    decided: dict[int, StepDecided] = {}
-    for msg in events:
-        event = event_from_msg(msg, config.team)
+    def _add_event(self, event: PerStep[Event]) -> None:
         match event.value.content:
-            case FormationSet(formation):
-                formations[event.step] = formation
-            case ParametersSet(changes) if event.value.source == CONTROLLER_NODE:
-                parameters[event.step] = changes
-            case StepDecided() as decision:
-                decided[event.step] = decision
-    steps: list[RecordedStep] = []
-    for step in range(len(decided)):
-        if step not in decided:
-            break
-        stamp_ns = step * config.period_ns
-        inputs: defaultdict[str, list[int]] = defaultdict(list)
-        for topic, input_ns in decided[step].inputs:
-            inputs[topic].append(input_ns)
-        given = {}
-        for vehicle in config.team.vehicles:
-            arrived: list[tuple[Sensor[Any, Any], Measurement]] = []
-            for sensor in config.sensors_of(vehicle):
-                topic = vehicle_topic(vehicle, sensor.name)
-                for message in filter(None, (messages.get((topic, each)) for each in inputs[topic])):
-                    msg = _deserialized(message)
-                    arrived.append((sensor, wire(sensor).from_msg(msg, vehicle, config.team.vehicles)))
-            given[vehicle] = VehicleMeasurements.collect(arrived)
-        commands = {}
-        for vehicle in config.team.vehicles:
-            if decided[step].waiting_for:
-                break  # there were no commands yet
-            message = messages.get((vehicle_topic(vehicle, ROTOR_SPEEDS), stamp_ns))
-            if message is None:
-                return tuple(steps)
-            commands[vehicle] = rotor_command_from_msg(_deserialized(message), vehicle)
-        measurements = TeamMeasurements(step, stamp_ns, given)
-        steps.append(
-            RecordedStep(
-                measurements,
-                formations.get(step),
-                parameters.get(step, {}),
-                decided[step].sqp_steps,
-                commands,
-            )
-        )
-    return tuple(steps)
+            case FormationSet() as formation:
+                self._formations[event.step] = formation
+            case ParametersSet() as parameters if event.value.source == CONTROLLER_NODE:
+                self._parameters[event.step] = parameters
+            case StepDecided() as decided:
+                self._decided[event.step] = decided
+
+    def _stamp_ns(self, step: int) -> int:
+        return step * self._config.period_ns
+
+    def _named(self, step: int) -> str:
+        return f"control step {step} ({self._stamp_ns(step) / NANOSECONDS_PER_SECOND:.2f} s)"
 
 
 def _deserialized(message: tuple[str, bytes]) -> Any:

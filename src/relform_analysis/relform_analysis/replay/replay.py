@@ -6,10 +6,10 @@ decisions, not of flights.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
+from relform_analysis.flight.bag_configuration import BagConfiguration
 from relform_controller.blas import one_blas_thread
 from relform_controller.estimation.estimator import Waiting
 from relform_controller.formation_controller import FormationController
@@ -41,11 +41,13 @@ class RecordedStep:
 class RecordedFlight:
     """A flight as its controller saw it."""
 
-    file: Path
-    config_text: str
-    """The attached configuration."""
+    configuration: BagConfiguration
     scenario: LoadedScenario
+    """The configuration as recorded."""
     steps: tuple[RecordedStep, ...]
+    """From step 0 to the last one that the bag holds whole."""
+    gap: str | None
+    """Why later steps of the bag are left out, in words; None: there are none."""
 
 
 @dataclass(frozen=True, eq=False)

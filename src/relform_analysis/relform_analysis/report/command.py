@@ -17,7 +17,7 @@ from relform_analysis.sweep.folder import REPORT as SWEEP
 from relform_analysis.sweep.folder import RUNS
 from relform_bags.reader import find_bag
 from relform_core.errors import BagError
-from relform_core.run_folder import PAPER_FIGURES, REPORT_FILE
+from relform_core.run_folder import CONFIG_FILE, PAPER_FIGURES, REPORT_FILE
 from relform_core.script import CommandParser, command
 
 
@@ -42,6 +42,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         action="store_true",
         help=f"no PNG and PDF for papers in the folder {PAPER_FIGURES} beside it",
     )
+    parser.add_argument(
+        "--config",
+        metavar="FILE",
+        help=f"scenario of a bag, path or plain name (default: the attachment of the bag, else the "
+        f"{CONFIG_FILE} beside it)",
+    )
     chosen = parser.parse_args(arguments)
     folder = chosen.source if chosen.source.is_dir() else chosen.source.parent
     out: Path = chosen.out or folder / REPORT_FILE
@@ -49,13 +55,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         write_sweep_report(out, read_sweep(chosen.source))
         print(out)
     else:
-        report_flight(chosen.source, out, with_figures=not chosen.no_figures)
+        report_flight(chosen.source, out, chosen.config, with_figures=not chosen.no_figures)
     return 0
 
 
-def report_flight(source: Path, out: Path, with_figures: bool) -> None:
-    """Make the report of a recorded flight, then its figures; each file is named when it is there.
+def report_flight(source: Path, out: Path, configuration: Path | str | None, with_figures: bool) -> None:
+    """Make the report of a recorded flight, then its figures, and print the name of each file.
 
+    Args:
+        source: a bag or the folder of a run.
+        out: the report.
+        configuration: path or plain name of the scenario; None: as ``find_configuration`` finds it.
+        with_figures: whether to draw figures for papers beside the report.
     Raises:
         RelformError: there is no flight, or something cannot be written.
     """
@@ -69,7 +80,7 @@ def report_flight(source: Path, out: Path, with_figures: bool) -> None:
     # Reading serialized messages needs ROS; sweeps do without.
     from relform_analysis.flight.from_bag import read_flight_log
 
-    log = read_flight_log(file)
+    log = read_flight_log(file, configuration)
     ending, versions = ending_from_run(source) or (ending_from_log(log), versions_from_bag(file))
     write_flight_report(out, log, ending, versions)
     if unrecorded := unrecorded_topics(log):

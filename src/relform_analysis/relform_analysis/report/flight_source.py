@@ -9,7 +9,7 @@ import numpy as np
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_analysis.report.json_file import read_json
-from relform_bags.reader import BagAttachment, BagMessage, read_bag
+from relform_bags.reader import read_attachments
 from relform_core.errors import RelformError
 from relform_core.names import ROTOR_SPEEDS, SOLVER, VERSIONS_ATTACHMENT, vehicle_topic
 from relform_core.run_folder import RunFolder
@@ -68,14 +68,8 @@ def versions_from_bag(file: Path) -> Versions:
     Raises:
         RelformError: the file cannot be read.
     """
-    for entry in read_bag(file):
-        match entry:
-            case BagAttachment(name, text) if name == VERSIONS_ATTACHMENT:
-                try:
-                    versions = json.loads(text)
-                except ValueError:
-                    return {}
-                return versions if isinstance(versions, dict) else {}
-            case BagMessage():
-                return {}  # attachments come first
-    return {}
+    try:
+        versions = json.loads(read_attachments(file).get(VERSIONS_ATTACHMENT, "{}"))
+    except ValueError:
+        return {}
+    return versions if isinstance(versions, dict) else {}

@@ -12,7 +12,9 @@ from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
-from relform_analysis.flight.log import FlightLog, FlightLogBuilder
+from relform_analysis.flight.from_bag import message_takers
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.metrics import formation_errors, scored_pairs
 from relform_bringup.message_store import MessageStore
 from relform_core.load import LoadedScenario
@@ -57,9 +59,8 @@ class Monitor:
         self._began = self._now = 0.0
         self._store = store
         self._pacing = pacing
-        self._types = {
-            topic.name: topic.type for topic in pacing.readable if FlightLogBuilder.needs(topic.name)
-        }
+        logged = message_takers(FlightLogBuilder(scenario), scenario.config)
+        self._types = {topic.name: topic.type for topic in pacing.readable if topic.name in logged}
         self._recent: deque[tuple[str, bytes]] = deque(maxlen=RECENT_STEPS * len(self._types))
         for topic in self._types:
             pacing.read(topic, decode=_Serialized, raw=True)
@@ -114,8 +115,9 @@ class Monitor:
 
     def _decode(self, messages: Iterable[tuple[str, bytes]]) -> FlightLog:
         builder = FlightLogBuilder(self._scenario)
+        takers = message_takers(builder, self._scenario.config)
         for topic, data in messages:
-            builder.add(topic, deserialize_message(data, self._types[topic]))
+            takers[topic](deserialize_message(data, self._types[topic]))
         return builder.build()
 
     def _keep(self, topic: str, data: bytes) -> None:
