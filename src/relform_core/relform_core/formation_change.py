@@ -13,9 +13,9 @@ from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 
 _ROUNDING = 1e-9
-"""Vehicles at the smallest distance that is allowed are not too close because of rounding [m]."""
+"""Tolerance [m]: rounding must not refuse vehicles at the smallest distance that is allowed."""
 _SAMPLES = 61
-"""Points on a path that is no straight line."""
+"""Number of points on a curved path."""
 
 
 @dataclass(frozen=True)

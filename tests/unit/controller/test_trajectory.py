@@ -1,4 +1,4 @@
-"""The leader's reference: smooth, consistent, and what the phases ask for."""
+"""The leader's reference: smooth, consistent, and as the phases define it."""
 
 import math
 

@@ -82,7 +82,7 @@ def is_number(value: Any) -> bool:
 def mutate(
     tree: Any, select: Callable[[Path_, Any], bool], change: Callable[[Any, Path_], None]
 ) -> tuple[Any, set[str]]:
-    """The tree with a change at every selected path, and these paths."""
+    """A copy of the tree with a change at every selected path, and these paths."""
     mutated = copy.deepcopy(tree)
     paths = [path for path, value in nodes(tree) if path and select(path, value)]
     for path in paths:
@@ -130,7 +130,7 @@ def files_with(select: Callable[[Path_, Any], bool]) -> list[Path]:
 
 
 def depths_with(select: Callable[[Path_, Any], bool]) -> list[tuple[Path, int]]:
-    """Every file with each depth at which it holds something."""
+    """Every file with each depth at which a value is selected."""
     return [
         (file, depth)
         for file in FILES
