@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from relform_core.load import load_scenario
+from relform_core.measurements import RotorCommand
 from relform_sensors.imu import ImuSensor
 from relform_sensors.optic_flow import OpticFlowSensor
 from relform_sim.onboard import Onboard
@@ -51,6 +52,8 @@ def test_levels_and_sinks_slowly(
     imu = ImuSensor(CONFIG.sensors.imu, generator, yaw_is_known=False)
     optic_flow = OpticFlowSensor(CONFIG.sensors.optic_flow, generator)
     onboard = Onboard(CONFIG.vehicle, CONFIG.controller.period)
+    hover = np.full(4, CONFIG.vehicle.hover_speed)
+    expired = RotorCommand(-CONFIG.period_ns, CONFIG.period_ns, hover, predicted_speeds=np.zeros((0, 4)))
 
     tilts, climbs, yaw_rates = [], [], []
     n_steps = round(SECONDS / CONFIG.controller.period)
@@ -61,8 +64,9 @@ def test_levels_and_sinks_slowly(
         tilts.append(math.degrees(math.acos(min(1.0, R_NB.as_matrix()[2, 2]))))
         climbs.append(R_NB.apply(truth.v_NB_B)[2])
         yaw_rates.append(math.degrees(truth.w_NB_B[2]))
+        commands = [expired] if step == 0 else []
         speeds = onboard.rotor_speeds(
-            stamp_ns, (), imu.read(truth, plant.specific_force()), optic_flow.read(truth)
+            stamp_ns, commands, imu.read(truth, plant.specific_force()), optic_flow.read(truth)
         )
         plant.advance(tuple(speeds.tolist()), CONFIG.controller.period, thrust_scale=thrust_scale)
 

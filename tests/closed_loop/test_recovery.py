@@ -34,6 +34,7 @@ def five_vehicles(ramp_s: float, seed: int) -> LoadedScenario:
         f"team.followers=[{', '.join(FOLLOWERS)}]",
         f"formations_m={{initial: {formation(V)}, wide: {formation(LINE)}}}",
         f"phases=[{', '.join(PHASES)}]",
+        "controller.formation_change=null",
         f"controller.formation_ramp_s={ramp_s}",
         seed=seed,
     )
