@@ -137,7 +137,7 @@ def test_ctrl_c_ends_playing_with_success() -> None:
     ("arguments", "code", "problem"),
     [
         (["info", "nowhere"], 2, "ros2 bag info: argument bag_path: Bag path 'nowhere' does not exist!"),
-        (["info", "."], 1, "[ERROR] [ros2bag]: .: no bag: there is no .mcap file in it"),
+        (["info", "."], 1, "[ERROR] [ros2bag]: .: not a bag: the folder has no .mcap file"),
         (["info", "file"], 1, "[ERROR] [ros2bag]: file: not an MCAP file"),
         (["info"], 2, "ros2 bag info: the following arguments are required: bag_path"),
         (
@@ -146,7 +146,7 @@ def test_ctrl_c_ends_playing_with_success() -> None:
             "ros2 bag info: argument -s/--storage: invalid choice",
         ),
         (["play", "file"], 1, "/rosbag2_player: file: not an MCAP file"),
-        (["play", "."], 1, "/rosbag2_player: .: no bag: there is no .mcap file in it"),
+        (["play", "."], 1, "/rosbag2_player: .: not a bag: the folder has no .mcap file"),
         (["play", ".", "-r", "0"], 2, "ros2 bag play: argument -r/--rate: 0 must be above 0"),
         (
             ["play", ".", "--start-offset", "-1"],
@@ -170,9 +170,9 @@ def test_ctrl_c_ends_playing_with_success() -> None:
             "[ERROR] [ros2bag]: --exclude-topics argument requires",
         ),
         (["record", "-a", "-o", "."], 1, "[ERROR] [ros2bag]: Output folder '.' already exists."),
-        (["record", "-a", "-o", "file/bag"], 1, "/rosbag2_recorder: file/bag: no bag can be written there"),
+        (["record", "-a", "-o", "file/bag"], 1, "/rosbag2_recorder: file/bag: cannot be created"),
         (["record", "-a", "-b", "1023"], 1, "[ERROR] [ros2bag]: max bag size must be at least 1024 bytes"),
-        (["record", "-e", "("], 1, "/rosbag2_recorder: '(' is no regular expression"),
+        (["record", "-e", "("], 1, "/rosbag2_recorder: '(' is not a valid regular expression"),
         (["record", "-a", "-s", "sqlite3"], 2, "ros2 bag record: argument -s/--storage: invalid choice"),
         (["burst"], 2, "ros2 bag: argument verb: invalid choice: 'burst'"),
     ],

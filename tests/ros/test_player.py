@@ -211,12 +211,12 @@ def test_it_repeats_until_it_is_told_to_end(listener: Listener, player: Start) -
         ((), "parameter bag is not set"),
         (("bag:=nowhere",), "nowhere: no such file or folder"),
         ((f"bag:={SHORT_FLIGHT}", "rate:=0.0"), "rate must be above 0"),
-        ((f"bag:={SHORT_FLIGHT}", "topics:=['/nothing']"), "no topic /nothing; recorded are"),
+        ((f"bag:={SHORT_FLIGHT}", "topics:=['/nothing']"), "no topic /nothing, expected one of"),
         ((f"bag:={SHORT_FLIGHT}", "start_offset_s:=9.0"), "nothing to play"),
         ((f"bag:={SHORT_FLIGHT}", "rate:=fast"), "rate"),
-        ((f"bag:={SHORT_FLIGHT}", "regex:='('"), "'(' is no regular expression"),
+        ((f"bag:={SHORT_FLIGHT}", "regex:='('"), "'(' is not a valid regular expression"),
         ((f"bag:={WORKSPACE / 'README.md'}",), "README.md: not an MCAP file"),
-        ((f"bag:={WORKSPACE / 'docs'}",), "docs: no bag: there is no .mcap file in it"),
+        ((f"bag:={WORKSPACE / 'docs'}",), "docs: not a bag: the folder has no .mcap file"),
     ],
 )
 def test_bad_input_is_one_line(player: Start, parameters: tuple[str, ...], problem: str) -> None:

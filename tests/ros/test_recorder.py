@@ -160,13 +160,13 @@ def test_killed_recorder_of_a_split_bag(tmp_path: Path) -> None:
         (["--max-bag-size", "1000"], "error: max bag size must be at least 1024 bytes"),
         (["--max-bag-duration", "0"], "error: --max-bag-duration must not be 0"),
         (["--max-bag-duration", "-2"], "error: max bag duration must be at least 1 s"),
-        (["--out", "."], "/recorder: . exists already, not overwriting; choose another folder"),
+        (["--out", "."], "/recorder: .: exists already; choose another folder"),
         (
             ["--out", "/proc/bag"],
-            "/recorder: /proc/bag: no bag can be written there: No such file or directory",
+            "/recorder: /proc/bag: cannot be created: No such file or directory",
         ),
         (["--recover", "nowhere"], "error: nowhere: no such file or folder"),
-        (["--recover", "."], "error: .: no bag: there is no .mcap file in it"),
+        (["--recover", "."], "error: .: not a bag: the folder has no .mcap file"),
     ],
 )
 def test_bad_input_is_one_line(tmp_path: Path, arguments: list[str], problem: str) -> None:
@@ -184,7 +184,7 @@ def test_topic_that_nobody_publishes(tmp_path: Path) -> None:
         sink.send_signal(signal.SIGINT)
         _, errors = sink.communicate(timeout=10.0)
     assert sink.returncode == 0
-    assert errors.splitlines()[-1] == "/nothing was not published: nothing of it is recorded"
+    assert errors.splitlines()[-1] == "/nothing was not published: the bag has no message of it"
 
 
 def test_limit_of_the_file_size_ends_it_with_one_line(tmp_path: Path) -> None:
@@ -235,7 +235,7 @@ def test_place_that_cannot_be_written(tmp_path: Path) -> None:
     with recorder(tmp_path / "file/bag") as sink:
         _, errors = sink.communicate(timeout=20.0)
     assert sink.returncode == 1
-    assert errors == f"/recorder: {tmp_path / 'file/bag'}: no bag can be written there: Not a directory\n"
+    assert errors == f"/recorder: {tmp_path / 'file/bag'}: cannot be created: Not a directory\n"
 
 
 def test_chosen_topics_and_wall_time(tmp_path: Path) -> None:

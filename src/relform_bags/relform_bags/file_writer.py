@@ -1,4 +1,4 @@
-"""Write one MCAP file of a bag, with what rosbag2 puts into it."""
+"""Write one MCAP file of a bag, with the records that rosbag2 writes."""
 
 import os
 import sys
@@ -25,7 +25,7 @@ CHANNEL_COPIES = 4
 
 
 class BagFileWriter:
-    """One file, from its creation to ``finish``; every method raises OSError if it cannot be written."""
+    """One file, from its creation to ``finish``; every method raises OSError if it cannot write."""
 
     def __init__(
         self,
@@ -38,8 +38,8 @@ class BagFileWriter:
 
         Args:
             path: must not exist.
-            attachments: texts to keep in it, by name.
-            information_yaml: what the bag holds so far.
+            attachments: texts to attach, by name.
+            information_yaml: metadata of the bag so far.
             make_room: called after a write that failed; returns whether to try it once more.
         """
         self.path = path
@@ -55,9 +55,9 @@ class BagFileWriter:
         self._start_ns = NO_TIME_NS
         self._end_ns = -NO_TIME_NS
         self._stream = _WholeChunks(path, make_room)
-        # Chunks end where `flush` says; mcap's own limit never ends them in between.
+        # Only `flush` ends a chunk: mcap's own limit is out of reach.
         self._mcap = Writer(
-            cast(BinaryIO, self._stream),  # write, tell and flush are all that it needs
+            cast(BinaryIO, self._stream),  # it uses only write, tell and flush
             chunk_size=sys.maxsize,
             compression=CompressionType.ZSTD,
         )
@@ -69,7 +69,7 @@ class BagFileWriter:
 
     @property
     def size(self) -> int:
-        """Bytes that are in the file."""
+        """Bytes in the file."""
         return self._stream.size
 
     @property
@@ -79,7 +79,7 @@ class BagFileWriter:
 
     @property
     def content(self) -> FileContent:
-        """What was written so far."""
+        """Content so far, the open chunk included."""
         if self.start_ns is None:
             return FileContent(self.path.name, dict(self._counts))
         return FileContent(self.path.name, dict(self._counts), self._start_ns, self._end_ns)
@@ -114,7 +114,7 @@ class BagFileWriter:
             self.open_start_ns = log_time_ns
 
     def flush(self) -> None:
-        """Finish the open chunk, so that it outlives the process."""
+        """Write the open chunk into the file; the end of the process cannot lose it then."""
         if self.open_bytes:
             self.index_bytes += CHUNK_INDEX_BYTES + CHANNEL_INDEX_BYTES * len(self._channels)
         self._mcap.flush()
@@ -122,7 +122,7 @@ class BagFileWriter:
         self.open_start_ns = None
 
     def finish(self, information_yaml: str) -> None:
-        """Write what the bag holds and the index, then close the file."""
+        """Write the metadata of the bag and the index, then close the file."""
         self._add_information(information_yaml)
         self._mcap.finish()
         self._stream.flush()
@@ -131,7 +131,7 @@ class BagFileWriter:
         self._stream.close()
 
     def abandon(self) -> None:
-        """Close the file as it is; does nothing if it was finished."""
+        """Close the file as it is; does nothing on a finished file."""
         self._stream.close()
 
     def _begin(self, attachments: Mapping[str, str], information_yaml: str) -> None:
@@ -147,7 +147,7 @@ class BagFileWriter:
 
 
 class _WholeChunks:
-    """A file for mcap's writer: what it writes between two flushes gets into the file whole or not at all."""
+    """A file for mcap's writer: the bytes between two flushes reach the file all or not at all."""
 
     def __init__(self, path: Path, make_room: Callable[[OSError], bool]) -> None:
         self._fd: int | None = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)

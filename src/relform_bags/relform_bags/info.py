@@ -1,4 +1,4 @@
-"""What ``ros2 bag info`` says of a bag, in its layout."""
+"""The text of ``ros2 bag info`` for a bag, in the layout of rosbag2."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ HEADING_WIDTH = 19
 
 @dataclass(frozen=True)
 class BagInformation:
-    """Content of metadata.yaml, from there or, where there is none, from the files."""
+    """Content of metadata.yaml or, without that file, the same from the bag itself."""
 
     content: Mapping[str, Any]
     size: int
     """Bytes."""
     is_closed: bool
-    """Whether its recorder could finish it."""
+    """Whether its recorder has closed it."""
 
     @property
     def topics(self) -> list[Mapping[str, Any]]:
-        """Those of messages."""
+        """The topics of messages."""
         return [topic for topic in self._topics if not _is_service(topic["topic_metadata"])]
 
     @property
@@ -47,12 +47,12 @@ class BagInformation:
 
 
 def read_information(path: Path) -> BagInformation:
-    """Look at a bag without reading its messages, unless it was not closed.
+    """Summarize a bag from its metadata.yaml or, if it was not closed, from its messages.
 
     Args:
         path: one file, the bag's folder or the folder of a run.
     Raises:
-        BagError: there is no bag, or it cannot be read.
+        BagError: the bag does not exist or cannot be read.
     """
     for folder in (path, RunFolder(path).bag):
         if (folder / METADATA_FILE).is_file():
@@ -82,7 +82,7 @@ def _read_metadata(file: Path) -> Mapping[str, Any]:
 
 
 def format_information(information: BagInformation) -> str:
-    """The text, without the last end of line."""
+    """The text, without the final line break."""
     content = information.content
     duration_ns = int(content["duration"]["nanoseconds"])
     start_ns = int(content["starting_time"]["nanoseconds_since_epoch"])
@@ -149,6 +149,6 @@ def _seconds(time_ns: int) -> str:
 
 
 def _instant(time_ns: int) -> str:
-    """Local time, and the same since the epoch."""
+    """Local time, and seconds since the epoch."""
     seconds, nanoseconds = divmod(time_ns, NANOSECONDS_PER_SECOND)
     return f"{datetime.fromtimestamp(seconds):%b %e %Y %H:%M:%S}.{nanoseconds:09} ({_seconds(time_ns)})"

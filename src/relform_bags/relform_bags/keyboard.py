@@ -1,4 +1,4 @@
-"""Keys that are pressed in a terminal, without waiting for Enter."""
+"""Read single keys from a terminal, without waiting for Enter."""
 
 import os
 import select
@@ -12,19 +12,19 @@ KEYS = {b" ": "space", b"\x1b[A": "up", b"\x1b[B": "down", b"\x1b[C": "right"}
 
 
 class Keyboard:
-    """Reads keys from a file descriptor; None: there is no terminal, so there are no keys."""
+    """Reads keys from a file descriptor; None: no terminal is connected, so no key is ever pressed."""
 
     def __init__(self, descriptor: int | None) -> None:
         self._descriptor = descriptor
         self._unread = b""
 
     @property
-    def is_there(self) -> bool:
-        """Whether there can be keys."""
+    def is_connected(self) -> bool:
+        """Whether keys can be pressed."""
         return self._descriptor is not None
 
     def pressed(self) -> str | None:
-        """Name of the next key that was pressed and is known, if any."""
+        """Name of the next known key that was pressed; None: no key."""
         if self._descriptor is None:
             return None
         if select.select([self._descriptor], [], [], 0.0)[0]:
@@ -40,7 +40,7 @@ class Keyboard:
 
 @contextmanager
 def terminal_keyboard(wanted: bool = True) -> Iterator[Keyboard]:
-    """The keyboard of this terminal, whose settings are restored afterwards."""
+    """The keyboard of this terminal; the settings of the terminal are restored afterwards."""
     if not wanted or not sys.stdin.isatty():
         yield Keyboard(None)
         return

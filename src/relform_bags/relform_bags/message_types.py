@@ -1,4 +1,4 @@
-"""What a bag says of a message type, from the definitions that are installed with the type."""
+"""Definitions and hashes of message types, from the files that are installed with the types."""
 
 import json
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ SEPARATOR = "=" * 80
 
 @dataclass(frozen=True)
 class MessageType:
-    """A message type as MCAP readers want it."""
+    """What an MCAP file states about a message type."""
 
     name: str
     """For example ``std_msgs/msg/Header``."""
     definition: str
-    """The .msg text, then that of every type that it needs, directly or not (encoding ``ros2msg``)."""
+    """The .msg text and those of all types that it contains (encoding ``ros2msg``)."""
     type_hash: str
     """RIHS01 hash of REP-2011."""
 

@@ -1,4 +1,4 @@
-"""metadata.yaml of a bag, and what MCAP records repeat of it, as rosbag2 of ROS 2 Jazzy writes it."""
+"""The metadata of a bag, for metadata.yaml and for records in its files, as rosbag2 of ROS 2 Jazzy has it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -28,7 +28,7 @@ class QosDuration:
 
 @dataclass(frozen=True)
 class OfferedQos:
-    """What a publisher offers; policies in the words of rosbag2 (``reliable``, ``transient_local``, ...)."""
+    """Quality of service of a publisher, in the words of rosbag2 (``reliable``, ``transient_local``, ...)."""
 
     history: str = "unknown"
     depth: int = 0
@@ -49,12 +49,12 @@ class RecordedTopic:
     type_name: str
     type_hash: str
     offered_qos: Sequence[Mapping[str, object]]
-    """What each of its publishers offered, see ``OfferedQos``."""
+    """Of each of its publishers, see ``OfferedQos``."""
 
 
 @dataclass(frozen=True)
 class FileContent:
-    """What one file of a bag holds; times are log times [ns]."""
+    """Content of one file of a bag; times are log times [ns]."""
 
     name: str
     message_counts: Mapping[str, int]

@@ -29,7 +29,7 @@ def _option(default: T, description: str) -> T:
 
 @dataclass(frozen=True)
 class Options:
-    """Base of the options of a node; every field is a parameter."""
+    """Base of the options of a node; each field is a parameter of the node."""
 
     @classmethod
     def from_arguments(cls, arguments: Namespace) -> Self:

@@ -1,4 +1,4 @@
-"""Read the attachments and messages of a bag, whether it was finished or cut off."""
+"""Read the attachments and messages of a bag, closed or not."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ COMPRESSED_SUFFIXES = (".zstd", ".lz4")
 
 @dataclass(frozen=True)
 class BagMessage:
-    """A serialized message and when it was recorded and published [ns]."""
+    """A serialized message with the times of its recording and publication [ns]."""
 
     topic: str
     type_name: str
@@ -28,14 +28,14 @@ class BagMessage:
 
 @dataclass(frozen=True)
 class BagAttachment:
-    """A text that is kept in a bag."""
+    """A text that is attached to a bag."""
 
     name: str
     text: str
 
 
 def find_bag(path: Path) -> Path:
-    """What a bag is read from: its file or, if it is split into several, its folder.
+    """The path of a bag: its file or, if it has several, its folder.
 
     Args:
         path: that file, the bag's folder or the folder of a run.
@@ -52,7 +52,7 @@ def bag_files(path: Path) -> tuple[Path, ...]:
     Args:
         path: one file, the bag's folder or the folder of a run.
     Raises:
-        BagError: there is no MCAP file, one is missing in between, they are files of several bags, or one is
+        BagError: no MCAP file exists, one is missing in between, they belong to several bags, or one is
             compressed as a whole.
     """
     if path.is_file():
@@ -66,14 +66,14 @@ def bag_files(path: Path) -> tuple[Path, ...]:
             # A file may be empty because its recorder was killed just before it wrote the first bytes.
             begun = [file for file in files if file.stat().st_size >= len(MAGIC)]
             return _in_order(folder, begun or files)
-    raise BagError(f"{path}: no bag: there is no .mcap file in it")
+    raise BagError(f"{path}: not a bag: the folder has no .mcap file")
 
 
 def check_not_compressed(folder: Path) -> None:
-    """Whether a bag has no file that rosbag2 has compressed as a whole.
+    """Check that rosbag2 has not compressed the files of a bag as a whole.
 
     Raises:
-        BagError: it has one.
+        BagError: a file is compressed.
     """
     for file in sorted(folder.glob("*.mcap.*")):
         _check_not_compressed(file)
@@ -86,17 +86,19 @@ def _check_not_compressed(file: Path) -> None:
 
 
 def _in_order(folder: Path, files: list[Path]) -> tuple[Path, ...]:
-    """Sort files by the numbers that their names end in.
+    """Sort files by the numbers at the end of their names.
 
     Raises:
-        BagError: they are not those of one bag, without a gap.
+        BagError: they belong to several bags, or one is missing in between.
     """
     if len(files) == 1:
         return tuple(files)
     parts = {file: file.stem.rpartition("_") for file in files}
     names = {name for name, _, _ in parts.values()}
     if len(names) > 1 or not all(number.isdecimal() for _, _, number in parts.values()):
-        raise BagError(f"{folder}: its {len(files)} .mcap files are not of one bag, name the one to read")
+        raise BagError(
+            f"{folder}: its {len(files)} .mcap files belong to several bags, name the file to read"
+        )
     numbered = {int(number): file for file, (_, _, number) in parts.items()}
     for index in range(min(numbered), max(numbered)):
         if index not in numbered:
@@ -105,13 +107,13 @@ def _in_order(folder: Path, files: list[Path]) -> tuple[Path, ...]:
 
 
 def read_bag(path: Path, topics: Collection[str] | None = None) -> Iterator[BagAttachment | BagMessage]:
-    """What a bag holds, in the order in which it was written, up to where it ends or is damaged.
+    """The content of a bag in the order of writing, up to its end or to the first damage.
 
     Args:
         path: one file, the bag's folder or the folder of a run.
-        topics: whose messages to read; None: all.
+        topics: read only messages of these; None: of all.
     Raises:
-        BagError: there is no bag, it is not MCAP, or rosbag2 has compressed its messages or files.
+        BagError: the bag does not exist, is not MCAP, or rosbag2 has compressed its messages or files.
     """
     attached: set[str] = set()
     for file in bag_files(path):
@@ -119,14 +121,14 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> Iterator[BagA
         for entry in reading.entries():
             match entry:
                 case BagAttachment(name) if name in attached:
-                    continue  # every file of a split bag has them
+                    continue  # every file of a split bag repeats the attachments
                 case BagAttachment(name):
                     attached.add(name)
                 case BagMessage(topic) if topics is not None and topic not in topics:
                     continue
             yield entry
         if not reading.reached_end:
-            return  # whatever follows what is damaged cannot be trusted
+            return  # the files behind a damaged one would leave a gap
 
 
 def read_attachments(path: Path) -> dict[str, str]:

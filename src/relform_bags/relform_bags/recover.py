@@ -1,7 +1,7 @@
-"""Finish a bag whose recorder could not: cut off what is torn, then write the index that readers want.
+"""Complete a bag that its recorder did not close: cut off a torn record, then write the index.
 
-MCAP is made for this: records stand on their own, the index at the end only repeats where they are.
-Everything up to the last finished chunk is kept, in place.
+MCAP records can be read without the index, which only repeats where they are. Everything up to the last
+finished chunk is kept, in place.
 """
 
 from pathlib import Path
@@ -14,14 +14,14 @@ from relform_core.errors import BagError
 
 
 def recover_bag(path: Path) -> bool:
-    """Make a complete bag of one that was not closed, every file of it.
+    """Complete every file of a bag that was not closed, and its metadata.yaml.
 
     Args:
         path: the bag's folder, a file in it or the folder of a run.
     Returns:
-        False if there was nothing to do.
+        False if the bag was complete.
     Raises:
-        BagError: no bag is there, or it cannot be written.
+        BagError: the bag does not exist, has no good record, or cannot be written.
     """
     files = bag_files(path.parent if path.is_file() else path)
     folder = files[0].parent
@@ -32,7 +32,7 @@ def recover_bag(path: Path) -> bool:
         write_metadata_yaml(folder, to_yaml(information_of(scans)))
         (folder / RESERVE_FILE).unlink(missing_ok=True)
         for file in set(folder.glob("*.mcap")).difference(files):
-            file.unlink()  # it was only begun
+            file.unlink()  # shorter than the first bytes of an MCAP file
     except OSError as error:
         raise BagError(f"{folder}: cannot be recovered: {error.strerror}") from None
     return True
@@ -44,7 +44,7 @@ def _complete(path: Path) -> FileScan:
         with path.open("r+b") as file:
             scan = FileScan(file, path)
             if scan.empty:
-                raise BagError(f"{path}: cannot be recovered: it holds nothing")
+                raise BagError(f"{path}: cannot be recovered: it has no complete record")
             if not scan.was_complete:
                 scan.write_index(file)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What an MCAP file holds, read record by record, and the index that says so."""
+"""Scan an MCAP file record by record, and write its index if it has none."""
 
 import os
 from collections import Counter
@@ -41,27 +41,27 @@ from relform_core.errors import BagError
 
 
 class FileScan:
-    """What stands in an MCAP file, as its index must say it."""
+    """Content of an MCAP file up to its last good record, as an index states it."""
 
     def __init__(self, file: BinaryIO, path: Path) -> None:
         """Read a file.
 
         Args:
             file: is at any position, and stays open.
-            path: names it in errors.
+            path: for errors.
         Raises:
-            BagError: it is not MCAP, or is compressed in a way that cannot be read.
+            BagError: the file is not MCAP, or is compressed in a way that cannot be read.
         """
         self.was_complete = False
-        """Whether it had its index."""
+        """Whether the file has an index."""
         self._name = path.name
         self._end = len(MAGIC)
-        """Where the last good record ends."""
+        """Offset of the end of the last good record."""
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self._chunks: list[ChunkIndex] = []
         self._last_indexes: dict[int, MessageIndex] = {}
-        """Of the messages in the last chunk, by channel."""
+        """Index of the messages in the last chunk, by channel."""
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: Counter[int] = Counter()
@@ -79,12 +79,12 @@ class FileScan:
 
     @property
     def empty(self) -> bool:
-        """Whether no record of it is whole."""
+        """Whether the file has no good record."""
         return self._end == len(MAGIC)
 
     @property
     def topics(self) -> list[RecordedTopic]:
-        """Those that it knows."""
+        """The topics that the file declares."""
         yaml = YAML(typ="safe", pure=True)
         return [
             RecordedTopic(
@@ -98,14 +98,14 @@ class FileScan:
 
     @property
     def content(self) -> FileContent:
-        """What metadata.yaml says of it."""
+        """The entry of the file in metadata.yaml."""
         counts = {channel.topic: self._counts[channel.id] for channel in self._channels.values()}
         if not self._counts:
             return FileContent(self._name, counts)
         return FileContent(self._name, counts, self._start_ns, self._end_ns)
 
     def write_index(self, file: BinaryIO) -> None:
-        """Replace everything behind the last good record by the end of a complete file."""
+        """Replace everything behind the last good record by the end of a closed file."""
         builder = RecordBuilder()
         if self._chunks and len(self._chunks[-1].message_index_offsets) < len(self._last_indexes):
             self._write_last_indexes(builder)
@@ -136,7 +136,7 @@ class FileScan:
         file.flush()
 
     def _write_last_indexes(self, builder: RecordBuilder) -> None:
-        """The file was cut between the last chunk and the end of its message indexes: write these again."""
+        """Write the message indexes behind the last chunk again, where the file was cut within them."""
         chunk = self._chunks[-1]
         self._end = chunk.chunk_start_offset + chunk.chunk_length
         for channel_id, index in self._last_indexes.items():
@@ -220,7 +220,7 @@ class FileScan:
 
 
 def information_of(scans: Iterable[FileScan]) -> dict[str, object]:
-    """Content of metadata.yaml for a bag of some files."""
+    """Content of metadata.yaml for a bag of these files."""
     scans = list(scans)
     topics = {topic.name: topic for scan in scans for topic in scan.topics}
     return bag_information(list(topics.values()), [scan.content for scan in scans])
@@ -230,7 +230,7 @@ def scan_bag(files: Iterable[Path]) -> list[FileScan]:
     """Read all files of a bag.
 
     Raises:
-        BagError: one cannot be read, or is not MCAP.
+        BagError: a file cannot be read, or is not MCAP.
     """
     scans = []
     for path in files:

@@ -1,4 +1,4 @@
-"""When a recorder goes on in the next file of its bag."""
+"""When a recorder continues in the next file of its bag."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ SIZE_MIN = 1024
 
 @dataclass(frozen=True)
 class SplitLimits:
-    """How large and how long a file of a bag may get, in the sense of ``ros2 bag record``; 0: no limit."""
+    """Largest size and duration of a file of a bag, as in ``ros2 bag record``; 0: no limit."""
 
     size: int = 0
-    """Bytes that are in a file; what was not written yet, one chunk at most, is added."""
+    """Bytes in the file when it ends; one chunk, at most, is added to it."""
     duration_s: int = 0
-    """Between the first and the last log time of a file [s]."""
+    """From the first to the last log time of a file [s]."""
 
     def __post_init__(self) -> None:
         """Raises BagError if a limit is out of its bounds."""
@@ -30,12 +30,12 @@ class SplitLimits:
             )
 
     def are_reached(self, size: int, first_ns: int | None, now_ns: int) -> bool:
-        """Whether a message goes into the next file.
+        """Whether a message belongs into the next file.
 
         Args:
-            size: bytes of the file that is open.
-            first_ns: log time of its first message; None: it has none, and takes at least one.
-            now_ns: that of the message.
+            size: bytes in the current file.
+            first_ns: least log time in the current file; None: it has no message, and takes at least one.
+            now_ns: log time of the message.
         """
         if first_ns is None:
             return False

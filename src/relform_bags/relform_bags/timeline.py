@@ -1,10 +1,10 @@
-"""When the messages of a bag are due: bag time over steady time, with rate, pauses and single steps."""
+"""Bag time over steady time, with rate, pauses and single steps: it says when a message is due."""
 
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 
 class Timeline:
-    """Bag time that runs, pauses and is changed in speed.
+    """Bag time that runs at a rate, and pauses.
 
     Steady times are passed in [s]; bag times are integer nanoseconds.
     """
@@ -17,12 +17,12 @@ class Timeline:
 
     @property
     def paused(self) -> bool:
-        """Whether bag time stands still."""
+        """Whether bag time is paused."""
         return self._paused
 
     @property
     def rate(self) -> float:
-        """Bag time per steady time while it runs."""
+        """Bag time per steady time while it is not paused."""
         return self._rate
 
     def bag_time_ns(self, now: float) -> int:
@@ -32,24 +32,24 @@ class Timeline:
         return self._bag_time_ns + round((now - self._since) * self._rate * NANOSECONDS_PER_SECOND)
 
     def wait_for(self, bag_time_ns: int, now: float) -> float | None:
-        """Steady time until a bag time comes [s], at least 0; None while paused."""
+        """Steady time until a bag time is reached [s], at least 0; None while paused."""
         if self._paused:
             return None
         ahead_ns = bag_time_ns - self.bag_time_ns(now)
         return max(0.0, ahead_ns / NANOSECONDS_PER_SECOND / self._rate)
 
     def toggle_pause(self, now: float) -> None:
-        """Pause, or go on."""
+        """Pause or resume."""
         self._settle(self.bag_time_ns(now), now)
         self._paused = not self._paused
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Change the speed from now on; it must be above 0."""
+        """Change the rate from now on; it must be above 0."""
         self._settle(self.bag_time_ns(now), now)
         self._rate = rate
 
     def jump(self, bag_time_ns: int, now: float) -> None:
-        """Go on from another bag time."""
+        """Continue at another bag time."""
         self._settle(bag_time_ns, now)
 
     def _settle(self, bag_time_ns: int, now: float) -> None:

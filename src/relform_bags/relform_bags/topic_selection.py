@@ -1,4 +1,4 @@
-"""Which topics of many are meant."""
+"""Select topics by name, type and regular expression."""
 
 import re
 from collections.abc import Collection
@@ -9,10 +9,9 @@ from relform_core.errors import BagError
 
 @dataclass(frozen=True)
 class TopicSelection:
-    """Topics by name, by type and by regular expression, in the sense of ``ros2 bag``; nothing given: all.
+    """Topics by name, type or regular expression, as in ``ros2 bag``; if none of these is given, all topics.
 
-    Where one of names, types and expression is given, a topic is meant that any of them says; the exclusions
-    go before.
+    A topic is selected if any of names, types and expression selects it and no exclusion matches it.
     """
 
     names: Collection[str] = ()
@@ -25,20 +24,20 @@ class TopicSelection:
     """Whether an expression must match a name from its beginning to its end."""
 
     def __post_init__(self) -> None:
-        """Raises BagError if an expression is none."""
+        """Raises BagError if a regular expression is not valid."""
         for regex in (self.regex, self.exclude_regex):
             try:
                 re.compile(regex)
             except re.error as error:
-                raise BagError(f"'{regex}' is no regular expression: {error}") from None
+                raise BagError(f"'{regex}' is not a valid regular expression: {error}") from None
 
     @property
     def takes_all(self) -> bool:
-        """Whether nothing is said of what to take."""
+        """Whether no name, type or expression is given."""
         return not (self.names or self.types or self.regex)
 
     def takes(self, name: str, type_name: str) -> bool:
-        """Whether a topic is meant."""
+        """Whether a topic is selected."""
         if name in self.exclude_names or type_name in self.exclude_types:
             return False
         if self.exclude_regex and self._matches(self.exclude_regex, name):
@@ -53,5 +52,5 @@ class TopicSelection:
 
 
 def absolute(name: str) -> str:
-    """The name of a topic seen from the root."""
+    """The absolute name of a topic."""
     return name if name.startswith("/") else f"/{name}"

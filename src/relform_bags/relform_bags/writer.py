@@ -36,7 +36,7 @@ RESERVE_BYTES = TAIL_BYTES + 64 * 1024
 
 
 class BagWriter:
-    """One bag, from its creation to ``close``; a context manager."""
+    """A bag from its creation to ``close``; a context manager."""
 
     def __init__(
         self, folder: Path, attachments: Mapping[str, str], limits: SplitLimits | None = None
@@ -45,7 +45,7 @@ class BagWriter:
 
         Args:
             folder: folder of the bag, must not exist.
-            attachments: texts to keep in every file of the bag, by name.
+            attachments: texts to attach to every file of the bag, by name.
             limits: when to continue in the next file; None: never.
         Raises:
             BagError: the folder exists or cannot be written.
@@ -59,9 +59,9 @@ class BagWriter:
         self._is_open = True
         self._end_ns = 0
         self._failure: OSError | None = None
-        """Of the first write that found the disk full."""
+        """The error of the first write that failed."""
         self._is_stuck = False
-        """Whether a write failed for good: the last file ends with the chunk before, and has no index."""
+        """Whether a write failed in spite of the reserve: the file ends before the open chunk."""
         self._first_lost_ns: int | None = None
         """Least log time of the messages that are lost."""
         try:
@@ -69,13 +69,13 @@ class BagWriter:
             self._reserve = Reserve(folder, RESERVE_BYTES)
             self._file = self._new_file()
         except FileExistsError:
-            raise BagError(f"{folder} exists already, not overwriting; choose another folder") from None
+            raise BagError(f"{folder}: exists already; choose another folder") from None
         except OSError as error:
-            raise BagError(f"{folder}: no bag can be written there: {error.strerror}") from None
+            raise BagError(f"{folder}: cannot be created: {error.strerror}") from None
 
     @property
     def file(self) -> Path:
-        """The file that is being written."""
+        """The current file."""
         return self._file.path
 
     def add_topic(self, name: str, type_name: str, offered_qos: Sequence[OfferedQos]) -> None:
@@ -112,7 +112,7 @@ class BagWriter:
         self._report_full(was_full)
 
     def flush(self) -> None:
-        """Finish the open chunk, so that it outlives the process.
+        """Write the open chunk into the file; the end of the process cannot lose it then.
 
         Raises:
             BagError: the disk is full, see ``write``.

@@ -114,7 +114,7 @@ def test_every_panel_is_in_the_window_once() -> None:
     ("arguments", "problem"),
     [
         (["nowhere"], "nowhere: no such file or folder"),
-        ([str(SHORT_FLIGHT), "--out", str(SHORT_FLIGHT)], "exists already, not overwriting"),
+        ([str(SHORT_FLIGHT), "--out", str(SHORT_FLIGHT)], "exists already; choose another folder"),
     ],
 )
 def test_bad_input_is_one_line(
@@ -131,5 +131,5 @@ def test_bag_without_our_topics(tmp_path: Path, capsys: pytest.CaptureFixture[st
         writer.write("/clock", bytes(12), 7, 8)
     assert main([str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.endswith("nothing to draw: there is no topic <vehicle>/ground_truth in it")
+    assert line.endswith("nothing to draw: the bag has no topic <vehicle>/ground_truth")
     assert [path.name for path in tmp_path.iterdir()] == ["bag"]

@@ -23,7 +23,7 @@ def test_path_that_leads_nowhere(tmp_path: Path, capsys: pytest.CaptureFixture[s
 def test_empty_folder_is_neither_flight_nor_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         error_of(capsys, tmp_path)
-        == f"{tmp_path}: no bag: there is no .mcap file in it, and no sweep: there is no sweep.json in it"
+        == f"{tmp_path}: not a bag: the folder has no .mcap file, and no sweep: there is no sweep.json in it"
     )
     assert not list(tmp_path.iterdir())
 

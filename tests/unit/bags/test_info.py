@@ -98,7 +98,7 @@ def test_metadata_that_is_none(bag: Path, content: str) -> None:
 
 
 def test_no_bag(tmp_path: Path) -> None:
-    with pytest.raises(BagError, match="no bag: there is no"):
+    with pytest.raises(BagError, match="not a bag: the folder has no"):
         read_information(tmp_path)
 
 

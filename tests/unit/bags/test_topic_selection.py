@@ -35,7 +35,9 @@ def test_what_is_taken(selection: TopicSelection, expected: list[str]) -> None:
 
 @pytest.mark.parametrize("name", ["regex", "exclude_regex"])
 def test_expression_that_is_none(name: str) -> None:
-    with pytest.raises(BagError, match=r"^'\[a' is no regular expression: unterminated character set"):
+    with pytest.raises(
+        BagError, match=r"^'\[a' is not a valid regular expression: unterminated character set"
+    ):
         TopicSelection(**{name: "[a"})
 
 

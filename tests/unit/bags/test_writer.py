@@ -73,7 +73,7 @@ def test_existing_folder_is_not_touched(tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag/precious").write_text("data")
     with pytest.raises(
-        BagError, match=f"^{re.escape(str(tmp_path / 'bag'))} exists already, not overwriting"
+        BagError, match=f"^{re.escape(str(tmp_path / 'bag'))}: exists already; choose another folder"
     ):
         started(tmp_path / "bag")
     assert [path.name for path in (tmp_path / "bag").iterdir()] == ["precious"]
@@ -82,9 +82,7 @@ def test_existing_folder_is_not_touched(tmp_path: Path) -> None:
 def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     folder = tmp_path / "file/bag"
-    with pytest.raises(
-        BagError, match=f"^{re.escape(str(folder))}: no bag can be written there: Not a directory$"
-    ):
+    with pytest.raises(BagError, match=f"^{re.escape(str(folder))}: cannot be created: Not a directory$"):
         started(folder)
 
 
@@ -247,10 +245,10 @@ def test_bag_is_found_by_file_folder_or_run(tmp_path: Path) -> None:
     ("make", "expected"),
     [
         (lambda path: None, "no such file or folder"),
-        (lambda path: path.mkdir(), "no bag: there is no .mcap file in it"),
+        (lambda path: path.mkdir(), "not a bag: the folder has no .mcap file"),
         (
             lambda path: (path.mkdir(), (path / "a.mcap").touch(), (path / "b.mcap").touch()),
-            "its 2 .mcap files are not of one bag",
+            "its 2 .mcap files belong to several bags",
         ),
     ],
 )
@@ -272,5 +270,5 @@ def test_file_that_is_no_bag(tmp_path: Path, content: bytes) -> None:
 
 
 def test_nothing_to_recover(tmp_path: Path) -> None:
-    with pytest.raises(BagError, match="no bag: there is no"):
+    with pytest.raises(BagError, match="not a bag: the folder has no"):
         recover_bag(tmp_path)

@@ -1,4 +1,4 @@
-"""The command line that makes a bag for 3D views, which do not draw nav_msgs/Odometry."""
+"""The command line that copies a bag for 3D views, with poses and paths that they can draw."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -35,7 +35,7 @@ def write_drawable_bag(source: Path, out: Path) -> None:
     """Copy a bag, by log time, with poses and paths added.
 
     Raises:
-        BagError: the one cannot be read or has nothing to draw, or the other cannot be written.
+        BagError: the source cannot be read or has nothing to draw, or the copy cannot be written.
     """
     from relform_bags.foxglove.from_bag import read_poses  # needs ROS, the help does not
 

@@ -1,4 +1,4 @@
-"""What a 3D view draws of a flight, from its bag: where the vehicles were, as PoseStamped and Path."""
+"""Positions of the vehicles from the bag of a flight, as PoseStamped and Path, which 3D views draw."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,19 +18,19 @@ PATH, PATH_TYPE = "/path", "nav_msgs/msg/Path"
 
 
 def read_poses(path: Path) -> Iterator[BagMessage]:
-    """For each vehicle its whole path, at its first log time, and then its poses.
+    """For each vehicle its whole path, at its first log time, then its poses.
 
     Args:
         path: the bag's file or folder, or the folder of the run.
     Raises:
-        BagError: there is no bag, or no ground truth in it.
+        BagError: the bag does not exist, or has no ground truth.
     """
     truths: dict[str, list[BagMessage]] = {}
     for entry in read_bag(path):
         if isinstance(entry, BagMessage) and entry.topic.endswith(TRUTH) and entry.type_name == TRUTH_TYPE:
             truths.setdefault(entry.topic.removesuffix(TRUTH), []).append(entry)
     if not truths:
-        raise BagError(f"{path}: nothing to draw: there is no topic <vehicle>{TRUTH} in it")
+        raise BagError(f"{path}: nothing to draw: the bag has no topic <vehicle>{TRUTH}")
     for vehicle, entries in truths.items():
         poses = [_pose(entry.data) for entry in entries]
         times = [(entry.log_time_ns, entry.publish_time_ns) for entry in entries]

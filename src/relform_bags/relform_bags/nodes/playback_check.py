@@ -1,4 +1,4 @@
-"""Whether a bag is played as it was recorded: every message, in order, on time."""
+"""Check that the player publishes every message of a bag, in order and in time."""
 
 import subprocess
 import time
@@ -27,7 +27,7 @@ QUIET_S = 0.5
 
 @dataclass(frozen=True)
 class PlayedMessage:
-    """A message as it was heard."""
+    """A message that was received."""
 
     topic: str
     data: bytes
@@ -36,7 +36,7 @@ class PlayedMessage:
 
 @dataclass(frozen=True)
 class PlaybackCheck:
-    """What was heard of a bag."""
+    """The messages of a bag, and those that were received."""
 
     expected: tuple[BagMessage, ...]
     """By log time."""
@@ -46,7 +46,7 @@ class PlaybackCheck:
 
     @property
     def is_complete(self) -> bool:
-        """Whether every message came once, in the order of the bag, the topics among each other included."""
+        """Whether every message was received once, in the order of the bag across all topics."""
         return len(self.expected) == len(self.heard) and all(
             sent.topic == heard.topic and _is_same(sent.data, heard.data)
             for sent, heard in zip(self.expected, self.heard, strict=True)
@@ -54,7 +54,7 @@ class PlaybackCheck:
 
     @property
     def delay(self) -> npt.NDArray[np.float64]:
-        """By how much each message was published later than due after the first one [s]."""
+        """How much later than due each message was published, relative to the first one [s]."""
         log_ns = np.array([message.log_time_ns for message in self.expected], dtype=np.float64)
         publish_ns = np.array([message.publish_time_ns for message in self.heard], dtype=np.int64)
         due_ns = (log_ns - log_ns[0]) / self.rate
@@ -63,13 +63,13 @@ class PlaybackCheck:
 
 
 def _is_same(sent: bytes, heard: bytes) -> bool:
-    """Whether two serialized messages are; the middleware pads them to multiples of four bytes."""
+    """Whether two serialized messages are equal; the middleware pads them to multiples of four bytes."""
     padding = heard.removeprefix(sent)
     return heard.startswith(sent) and len(padding) < 4 and not any(padding)
 
 
 def check_playback(bag: Path, rate: float) -> PlaybackCheck:
-    """Play a bag with the node ``player`` and listen.
+    """Play a bag with the node ``player`` and receive its messages.
 
     Raises:
         BagError: the bag cannot be played.

@@ -1,4 +1,4 @@
-"""Plays a bag: every message on its topic again, in its order and at its time."""
+"""The node ``player``: publishes the messages of a bag again, in their order and at their times."""
 
 import time
 from collections.abc import Sequence
@@ -29,18 +29,18 @@ RATE_STEP = 0.1
 QOS = QoSProfile(
     depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
-"""Serves every subscription, best effort and volatile ones too; late ones get what was published before."""
+"""Serves every subscription, also best-effort and volatile ones; late ones get the messages before."""
 CLOCK_QOS = QoSProfile(
     depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
-"""Likewise, but late ones need no more than what time it is."""
+"""As ``QOS``; a late subscription needs only the newest ticks."""
 KEYS = {
     "SPACE": "Pause/Resume",
     "CURSOR_RIGHT": "Play Next Message",
     "CURSOR_UP": "Increase Rate 10%",
     "CURSOR_DOWN": "Decrease Rate 10%",
 }
-"""In the words of rosbag2."""
+"""Actions by key, in the words of rosbag2."""
 
 
 class Player:
@@ -56,10 +56,8 @@ class Player:
         self._publishers = self._create_publishers()
         self._messages = [message for message in self._messages if message.topic in self._publishers]
         if not self._messages:
-            raise BagError(
-                f"{self._options.bag}: no message type of it is installed, or its setup file not sourced"
-            )
-        self._timeline = Timeline(self._start_ns, self._options.rate, 0.0, paused=True)  # until run()
+            raise BagError(f"{self._options.bag}: none of its message types is installed")
+        self._timeline = Timeline(self._start_ns, self._options.rate, 0.0, paused=True)  # run() starts it
         self._last_turn = 0.0
         self._clock_before = {topic for topic in self._publishers if self._options.has_clock_before(topic)}
         self._clock = self._create_clock()
@@ -68,7 +66,7 @@ class Player:
         """Play to the end, or until a signal arrives."""
         with terminal_keyboard(self._options.keyboard) as keyboard:
             self._log(f"Set rate to {self._options.rate:g}")
-            if keyboard.is_there:
+            if keyboard.is_connected:
                 self._log("Adding keyboard callbacks.")
                 for key, action in KEYS.items():
                     self._log(f"Press {key} for {action}")
@@ -88,7 +86,7 @@ class Player:
                 self._node.get_logger().error(f"the last messages on {publisher.topic_name} did not arrive")
 
     def _create_publishers(self) -> dict[str, Publisher]:
-        """By topic; remappings on the command line hold for these names as for any other."""
+        """By topic; remappings on the command line apply to these names, too."""
         publishers = {}
         for topic, type_name in {message.topic: message.type_name for message in self._messages}.items():
             try:
@@ -109,7 +107,7 @@ class Player:
         return publisher
 
     def _tick(self) -> None:
-        """Publish the bag time of now."""
+        """Publish the current bag time."""
         assert self._clock is not None
         self._clock.publish(ClockMsg(clock=stamp_to_msg(self._timeline.bag_time_ns(time.monotonic()))))
 
@@ -128,26 +126,26 @@ class Player:
             self._turn(left, keyboard)
 
     def _play(self, keyboard: Keyboard) -> None:
-        """Play all messages once; in a pause that lasts, do not end."""
+        """Play all messages once; a pause after the last one delays the end."""
         for message in self._messages:
-            self._wait(message.log_time_ns, keyboard)
+            self._wait_until(message.log_time_ns, keyboard)
             if message.topic in self._clock_before:
                 self._tick()
             self._publishers[message.topic].publish(message.data)
         while self._timeline.paused:
             self._turn(KEY_LATENCY_S, keyboard)
 
-    def _wait(self, bag_time_ns: int, keyboard: Keyboard) -> None:
-        """Return when a bag time has come, or the message at it was asked for."""
+    def _wait_until(self, bag_time_ns: int, keyboard: Keyboard) -> None:
+        """Return when a bag time has come, or when a key asks for the message at that time."""
         while (left := self._timeline.wait_for(bag_time_ns, time.monotonic())) is None or left > 0.0:
             if self._turn(KEY_LATENCY_S if left is None else left, keyboard) == "right":
                 self._timeline.jump(bag_time_ns, time.monotonic())
                 return
         if time.monotonic() > self._last_turn + KEY_LATENCY_S:
-            self._turn(0.0, keyboard)  # however late it is, there are signals and keys
+            self._turn(0.0, keyboard)  # react to signals and keys even if playing is late
 
     def _turn(self, timeout: float, keyboard: Keyboard) -> str | None:
-        """Let callbacks run and do what a key says; the key, if it had something to say."""
+        """Run callbacks and react to a key; returns the key, if it had an effect."""
         self._spinner.once(min(timeout, KEY_LATENCY_S))
         now = self._last_turn = time.monotonic()
         match key := keyboard.pressed():
@@ -164,7 +162,7 @@ class Player:
         return key
 
     def _set_rate(self, rate: float, now: float) -> None:
-        rate = round(rate, 6)  # ten steps of a tenth are one
+        rate = round(rate, 6)  # ten steps of 0.1 add up to 1
         if rate > 0.0:
             self._timeline.set_rate(rate, now)
             self._log(f"Set rate to {rate:g}")
@@ -176,18 +174,18 @@ class Player:
 
 
 def _load(options: PlayerOptions) -> tuple[int, list[BagMessage]]:
-    """Bag time of the start, and what to play by log time; what is of one instant in the order of recording.
+    """The bag time of the start, and the messages to play, by log time and then in the order of recording.
 
     Raises:
-        BagError: one line: there is no such bag, or nothing in it to play.
+        BagError: one line: the bag does not exist or has nothing to play.
     """
     bag, selection = find_bag(Path(options.bag)), options.selection
     messages = [entry for entry in read_bag(bag) if isinstance(entry, BagMessage)]
     if not messages:
-        raise BagError(f"{bag}: there is no message in it")
+        raise BagError(f"{bag}: the bag has no messages")
     recorded = {message.topic for message in messages}
     if unknown := sorted(set(selection.names) - recorded):
-        raise BagError(f"{bag}: no topic {unknown[0]}; recorded are {', '.join(sorted(recorded))}")
+        raise BagError(f"{bag}: no topic {unknown[0]}, expected one of {', '.join(sorted(recorded))}")
     messages.sort(key=lambda message: message.log_time_ns)
     first_ns = messages[0].log_time_ns
     start_ns, end_ns = options.start_ns(first_ns), options.end_ns(first_ns)
@@ -199,7 +197,7 @@ def _load(options: PlayerOptions) -> tuple[int, list[BagMessage]]:
         and selection.takes(message.topic, message.type_name)
     ]
     if not selected:
-        raise BagError(f"{bag}: nothing to play, of the topics and the time that were chosen")
+        raise BagError(f"{bag}: nothing to play: no message matches the given topics and times")
     return start_ns, selected
 
 

@@ -14,9 +14,7 @@ from relform_bags.ros2bag.arguments import add_info_arguments, add_play_argument
 from relform_cli.commands import VerbParsers
 from relform_cli.errors import CommandError
 from relform_core.errors import RelformError
-
-INTERRUPTED = 130
-"""Exit code of a node after a signal, the usual end of ``ros2 bag``."""
+from relform_core.script import EXIT_INTERRUPTED
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -98,7 +96,7 @@ def _run(
     """Run a node as its executable would with these options and further arguments of ROS."""
     ros_arguments = ["--log-level", log_level, "-r", f"__node:={node_name}", *further]
     code = main(["--ros-args", *ros_arguments, *options.parameter_arguments()])
-    return 0 if code == INTERRUPTED else code
+    return 0 if code == EXIT_INTERRUPTED else code  # a signal is the usual end of ros2 bag
 
 
 def _failure(problem: object) -> CommandError:

@@ -1,4 +1,4 @@
-"""A bag that a node fills: what recorders have in common."""
+"""The bag that a recorder node is filling."""
 
 import time
 from collections.abc import Mapping
@@ -18,14 +18,14 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.run_node import Spinner
 
 FLUSH_EVERY_S = 0.5
-"""Wall time; a recorder that is killed loses no more than that."""
+"""Wall time; the most that a kill of the recorder can lose."""
 QUIET_S = 0.1
-"""Nothing more is expected when nothing has arrived for so long."""
+"""After this time without a message, no further one is expected."""
 DRAIN_MAX_S = 1.0
 
 
-class Recording:
-    """Writes what arrives, and sees to it that chunks are finished and the bag is closed well."""
+class OpenBag:
+    """Takes the messages that a node receives, and finishes a chunk at least every ``FLUSH_EVERY_S``."""
 
     def __init__(
         self, node: Node, spinner: Spinner, options: RecorderOptions, attachments: Mapping[str, str]
@@ -51,7 +51,7 @@ class Recording:
         node.create_timer(FLUSH_EVERY_S, self._flush, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def add_topic(self, name: str, type_name: str) -> None:
-        """Declare a topic with what its publishers offer; does nothing if it was declared before.
+        """Declare a topic with the quality of service of its publishers; does nothing the second time.
 
         Raises:
             BagError: its type is not installed.
@@ -72,7 +72,7 @@ class Recording:
         self.message_count += 1
 
     def close(self) -> None:
-        """Write what is still arriving, unless the disk is full, then close the bag, if it is open.
+        """Take messages until no more arrive, unless the disk is full, and close the bag if it is open.
 
         Raises:
             BagError: see ``BagWriter``.
@@ -94,7 +94,7 @@ class Recording:
 
 
 def offered_qos(profile: QoSProfile) -> OfferedQos:
-    """What a publisher offers, in the words of rosbag2."""
+    """The quality of service of a publisher, in the words of rosbag2."""
     return OfferedQos(
         history=profile.history.name.lower(),
         depth=profile.depth,
