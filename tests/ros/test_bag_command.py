@@ -1,4 +1,4 @@
-"""ros2 bag of this environment, as a user types it."""
+"""ros2 bag of this environment, on the command line."""
 
 import contextlib
 import os
@@ -37,8 +37,8 @@ def started(*arguments: str | Path, stdin: int = subprocess.DEVNULL) -> Iterator
             process.kill()
 
 
-def said(process: subprocess.Popen[str], text: str) -> None:
-    """Wait until a process says something."""
+def wait_for_text(process: subprocess.Popen[str], text: str) -> None:
+    """Wait until a process prints a text."""
     assert process.stderr is not None
     assert any(text in line for line in process.stderr)
 
@@ -61,24 +61,24 @@ def test_info() -> None:
     assert len(names) == 29
 
 
-def test_what_is_played_is_recorded(tmp_path: Path) -> None:
-    """A bag, played into another: every message, in its order, under its new name."""
+def test_played_messages_are_recorded(tmp_path: Path) -> None:
+    """A bag is played and recorded again: every message, in its order, under its new name."""
     bag, chosen = tmp_path / "again", ["/follower_1/imu", "/elsewhere", "/formation/solver"]
     recording = ["record", "-o", bag, "-s", "mcap", "--max-bag-duration", "1", "--use-sim-time"]
     playing = ["-r", "2.0", "--remap", "/leader/imu:=/elsewhere", "-x", ".*(sonar|flow)"]
     with started(*recording, "--topics", "/clock", *chosen) as recorder:
-        said(recorder, "[rosbag2_recorder]: Recording...")
-        # Paused, it is there for the recorder to find, and what it says then is only what is wanted.
+        wait_for_text(recorder, "[rosbag2_recorder]: Recording...")
+        # The recorder discovers the paused player; then the player publishes only the chosen topics.
         terminal, keyboard = pty.openpty()
         with started("play", SHORT_FLIGHT, "-p", *playing, stdin=keyboard) as player:
             for _ in range(4):
-                said(recorder, "Subscribed to topic")
-            said(player, "Press CURSOR_DOWN")
+                wait_for_text(recorder, "Subscribed to topic")
+            wait_for_text(player, "Press CURSOR_DOWN")
             os.write(terminal, b" ")
-            said(player, "[rosbag2_player]: Resuming play.")
+            wait_for_text(player, "[rosbag2_player]: Resuming play.")
             assert player.wait(timeout=20.0) == 0
         recorder.send_signal(signal.SIGINT)
-        said(recorder, "[rosbag2_recorder]: Recording stopped")
+        wait_for_text(recorder, "[rosbag2_recorder]: Recording stopped")
         assert recorder.wait(timeout=10.0) == 0
     assert counts(bag) == {
         "/clock": STEPS + 1,
@@ -110,14 +110,14 @@ def test_recording_pauses(tmp_path: Path) -> None:
         bag,
     ]
     with started(*recording, stdin=keyboard) as recorder:
-        said(recorder, "Press SPACE for pausing/resuming")
-        said(recorder, "Wait for recording: Press SPACE to start.")
+        wait_for_text(recorder, "Press SPACE for pausing/resuming")
+        wait_for_text(recorder, "Wait for recording: Press SPACE to start.")
         playing = ["play", SHORT_FLIGHT, "--topics", "/leader/imu", "--playback-duration", "1.0", "-d", "0.5"]
         with started(*playing) as player:
-            said(recorder, "Subscribed to topic '/leader/imu'")
+            wait_for_text(recorder, "Subscribed to topic '/leader/imu'")
             assert player.wait(timeout=20.0) == 0
         os.write(terminal, b" ")
-        said(recorder, "Resuming recording.")
+        wait_for_text(recorder, "Resuming recording.")
         with started(*playing) as player:
             assert player.wait(timeout=20.0) == 0
         wait_until(lambda: bool(counts(bag)))
@@ -128,7 +128,7 @@ def test_recording_pauses(tmp_path: Path) -> None:
 
 def test_ctrl_c_ends_playing_with_success() -> None:
     with started("play", SHORT_FLIGHT, "--loop", "--topics", "/clock") as player:
-        said(player, "Set rate to 1")
+        wait_for_text(player, "Set rate to 1")
         player.send_signal(signal.SIGINT)
         assert player.wait(timeout=10.0) == 0
 
@@ -208,7 +208,7 @@ def test_bag_that_rosbag2_has_compressed_is_refused_by_one_line(
     assert result.returncode in (1, 2)
 
 
-def test_truncated_bag_says_so_and_plays(tmp_path: Path) -> None:
+def test_truncated_bag_is_reported_and_played(tmp_path: Path) -> None:
     content = (SHORT_FLIGHT / "bag_0.mcap").read_bytes()
     file = tmp_path / "bag_0.mcap"
     file.write_bytes(content[: len(content) * 2 // 3])

@@ -1,4 +1,4 @@
-"""The recorder as a member of the barrier: every message of a flight is in the bag, at its step."""
+"""The recorder as a member of the barrier: the bag has every message of a flight, at its step."""
 
 import contextlib
 import re
@@ -117,12 +117,14 @@ def test_bag_holds_the_flight_bit_for_bit(recorded: tuple[LoadedScenario, Path])
 
 
 def end_of_recording(folder: Path, bag: Path, limit: Callable[[], None] | None = None) -> tuple[str, int]:
-    """Fly until the recorder cannot write; its only line, and the step in which it reported that."""
+    """Fly until the recorder cannot write; returns its only line and the step of its fault."""
     scenario = paper_scenario(SHORT[0].replace("0.5", "27.0"))
     with flight(scenario, folder, bag, limit) as nodes:
         _, clock_errors = nodes["clock"].communicate(timeout=90.0)
         _, recorder_errors = nodes["recorder"].communicate(timeout=10.0)
-    (line,) = without_middleware(recorder_errors).splitlines()  # which cannot make its shared memory
+    (line,) = without_middleware(
+        recorder_errors
+    ).splitlines()  # its shared memory does not fit into the limit
     assert nodes["recorder"].returncode == 1
     assert nodes["clock"].returncode == EXIT_FAULT
     reason = line.removeprefix(f"{RECORDER_NODE}: ")
@@ -133,7 +135,7 @@ def end_of_recording(folder: Path, bag: Path, limit: Callable[[], None] | None =
 
 
 def newest_step(bag: Path, name: str) -> int:
-    """Of the messages of a topic."""
+    """The newest step of a topic."""
     times = [e.log_time_ns for e in read_bag(bag) if isinstance(e, BagMessage) and e.topic == name]
     assert [time // PERIOD_NS for time in times] == list(range(len(times))), "without a gap"
     return len(times) - 1

@@ -1,4 +1,4 @@
-"""The player in a process of its own, heard by subscriptions of this one."""
+"""The player in a process of its own; this process subscribes to its topics."""
 
 import contextlib
 import os
@@ -28,11 +28,11 @@ SHORT_FLIGHT = WORKSPACE / "tests/data/short_flight"
 PLAYER = WORKSPACE / "install/relform_bags/lib/relform_bags/player"
 STEPS, TICKS = 40, 41
 DEEP = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Gets what was published before it was discovered, too."""
+"""Also gets the messages that were published before discovery."""
 
 
 class Listener:
-    """Hears the ticks and one sensor, in the order of their arrival."""
+    """Collects the ticks and the stamps of one sensor, in the order of arrival."""
 
     def __init__(self, node: Node) -> None:
         self.ticks: list[int] = []
@@ -69,7 +69,7 @@ Start = Callable[..., subprocess.Popen[str]]
 
 @pytest.fixture
 def player() -> Iterator[Start]:
-    """Starts a player; it ends with the test."""
+    """Starts a player, which is stopped after the test."""
     with contextlib.ExitStack() as stack:
 
         def start(*parameters: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
@@ -84,11 +84,11 @@ def player() -> Iterator[Start]:
 
 
 @pytest.mark.parametrize("rate", [0.2, 1.0, 5.0])
-def test_every_message_comes_once_in_order_and_on_time(rate: float) -> None:
+def test_every_message_arrives_once_in_order_and_in_time(rate: float) -> None:
     check = check_playback(SHORT_FLIGHT, rate)
     assert len(check.expected) == 1164
     assert check.is_complete
-    delay = check.delay  # after the first message, which may be late itself
+    delay = check.delay  # relative to the first message, which may be late, too
     assert delay.min() > -0.02
     assert np.median(delay) < 0.02
 
@@ -115,7 +115,7 @@ def test_chosen_topics_from_an_offset_on(listener: Listener, player: Start) -> N
     assert listener.ticks == []
 
 
-def test_keys_pause_step_and_go_on(listener: Listener, player: Start) -> None:
+def test_keys_pause_step_and_resume(listener: Listener, player: Start) -> None:
     terminal, keyboard = pty.openpty()
     process = player(
         f"bag:={SHORT_FLIGHT}", "topics:=['/clock']", "start_paused:=true", "rate:=10.0", stdin=keyboard
@@ -135,7 +135,7 @@ def test_keys_pause_step_and_go_on(listener: Listener, player: Start) -> None:
     os.close(keyboard)
 
 
-def test_keys_change_the_rate_and_a_pause_outlasts_the_bag(listener: Listener, player: Start) -> None:
+def test_keys_change_the_rate_and_a_pause_delays_the_end(listener: Listener, player: Start) -> None:
     terminal, keyboard = pty.openpty()
     process = player(
         f"bag:={SHORT_FLIGHT}", "topics:=['/clock']", "duration_s:=0.1", "rate:=0.2", stdin=keyboard
@@ -168,7 +168,7 @@ def test_keys_change_the_rate_and_a_pause_outlasts_the_bag(listener: Listener, p
     os.close(keyboard)
 
 
-def test_a_clock_of_its_own_replaces_the_recorded_one(listener: Listener, player: Start) -> None:
+def test_own_clock_replaces_the_recorded_one(listener: Listener, player: Start) -> None:
     process = player(
         f"bag:={SHORT_FLIGHT}", "topics:=['/clock', '/follower_1/imu']", "clock_hz:=100.0", "delay_s:=0.3"
     )
@@ -176,12 +176,12 @@ def test_a_clock_of_its_own_replaces_the_recorded_one(listener: Listener, player
     assert process.returncode == 0
     assert len(listener.imu) == TICKS
     assert listener.ticks == sorted(listener.ticks)
-    assert listener.ticks.count(0) > 3, "it stands still before the start"
+    assert listener.ticks.count(0) > 3, "its time does not advance before the start"
     assert sum(tick % 50_000_000 != 0 for tick in listener.ticks) > 50
     assert listener.ticks[-1] == pytest.approx(2_000_000_000, abs=200_000_000)
 
 
-def test_a_clock_with_each_message_of_a_topic(listener: Listener, player: Start) -> None:
+def test_clock_with_each_message_of_a_topic(listener: Listener, player: Start) -> None:
     process = player(
         f"bag:={SHORT_FLIGHT}",
         "regex:='/follower_1/(imu|sonar)'",
@@ -192,12 +192,12 @@ def test_a_clock_with_each_message_of_a_topic(listener: Listener, player: Start)
     listener.hear(until=lambda: process.poll() is not None)
     listener.hear(until=lambda: len(listener.imu) >= TICKS, at_most_s=2.0)
     assert len(listener.imu) == TICKS
-    assert len(listener.ticks) == pytest.approx(TICKS, abs=2)  # those before it was found may be lost
+    assert len(listener.ticks) == pytest.approx(TICKS, abs=2)  # the first may be lost before discovery
     late_ns = [tick - stamp for tick, stamp in zip(listener.ticks, listener.imu, strict=False)]
     assert min(late_ns) >= 0
 
 
-def test_it_repeats_until_it_is_told_to_end(listener: Listener, player: Start) -> None:
+def test_loop_repeats_until_a_signal(listener: Listener, player: Start) -> None:
     process = player(f"bag:={SHORT_FLIGHT}", "topics:=['/clock']", "loop:=true", "rate:=50.0")
     listener.hear(until=lambda: len(listener.ticks) > 2 * TICKS)
     process.terminate()
@@ -225,6 +225,6 @@ def test_bad_input_is_one_line(player: Start, parameters: tuple[str, ...], probl
     assert problem in line
 
 
-def test_the_bag_holds_what_is_expected_of_it() -> None:
+def test_the_recorded_flight_has_all_ticks() -> None:
     messages = [entry for entry in read_bag(SHORT_FLIGHT) if isinstance(entry, BagMessage)]
     assert sum(message.topic == "/clock" for message in messages) == TICKS

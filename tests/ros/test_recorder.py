@@ -1,4 +1,4 @@
-"""The recorder as a process of its own: nothing lost, whatever ends it."""
+"""The recorder as a process of its own: it keeps all messages, whatever ends it."""
 
 import contextlib
 import resource
@@ -39,7 +39,7 @@ latched.publish(Header(frame_id="before"))
 publishers = [node.create_publisher(Header, f"/counted_{i}", QoSProfile(depth=1000)) for i in range(4)]
 best_effort = QoSProfile(depth=1000, reliability=QoSReliabilityPolicy.BEST_EFFORT)
 hasty = node.create_publisher(Header, "/hasty", best_effort)
-print("there", flush=True)
+print("ready", flush=True)
 while any(each.get_subscription_count() == 0 for each in (*publishers, hasty, latched)):
     time.sleep(0.005)
 begin = time.monotonic()
@@ -80,7 +80,7 @@ def wait_for_line(running: subprocess.Popen[str], expected: str) -> None:
     for line in running.stdout:
         if line.strip() == expected:
             return
-    raise AssertionError(f"the process ended without saying '{expected}'")
+    raise AssertionError(f"the process ended without printing '{expected}'")
 
 
 def messages(file: Path) -> list[BagMessage]:
@@ -140,7 +140,7 @@ def test_killed_recorder_of_a_split_bag(tmp_path: Path) -> None:
     assert len(bag_files(folder)) >= 3
     found = [entry for entry in read_bag(folder) if isinstance(entry, BagMessage)]
     with pytest.raises(Exception, match="metadata"):
-        Reader(folder).open()  # other readers want what only a closed bag has
+        Reader(folder).open()  # other readers need the metadata.yaml of a closed bag
     completed = subprocess.run(
         [sys.executable, RECORD, "--recover", folder], capture_output=True, text=True, check=True
     )
@@ -177,7 +177,7 @@ def test_bad_input_is_one_line(tmp_path: Path, arguments: list[str], problem: st
     assert list(tmp_path.iterdir()) == []
 
 
-def test_topic_that_nobody_publishes(tmp_path: Path) -> None:
+def test_topic_without_publisher(tmp_path: Path) -> None:
     with process(sys.executable, RECORD, "--out", tmp_path / "bag", "--topics", "/nothing") as sink:
         wait_until((tmp_path / "bag/bag_0.mcap").exists)
         time.sleep(0.5)
@@ -193,7 +193,7 @@ def test_limit_of_the_file_size_ends_it_with_one_line(tmp_path: Path) -> None:
 
     with publisher(4000, rate=1000.0, padding=1000), recorder(tmp_path / "bag", limit) as sink:
         _, errors = sink.communicate(timeout=30.0)
-    errors = without_middleware(errors)  # which cannot make its shared memory within that limit
+    errors = without_middleware(errors)  # its shared memory does not fit into the limit
     assert sink.returncode == 1
     assert errors.startswith(
         f"/recorder: {tmp_path / 'bag/bag_0.mcap'} cannot be written any more: File too large"
@@ -230,7 +230,7 @@ def test_full_disk_leaves_a_complete_bag(small_disk: Path) -> None:
     assert numbers
 
 
-def test_place_that_cannot_be_written(tmp_path: Path) -> None:
+def test_output_that_cannot_be_created(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with recorder(tmp_path / "file/bag") as sink:
         _, errors = sink.communicate(timeout=20.0)
@@ -251,8 +251,8 @@ def test_chosen_topics_and_wall_time(tmp_path: Path) -> None:
         "/latched",
     ]
     with publisher(50, rate=100.0) as source, process(*command) as sink:
-        wait_for_line(source, "there")
-        # The other topics have no reader: the publisher waits for ever, so that only what is latched arrives.
+        wait_for_line(source, "ready")
+        # The publisher waits for subscribers of its other topics, so that only the latched message arrives.
         deadline = time.monotonic() + 20.0
         while not messages(tmp_path / "bag/bag_0.mcap") and time.monotonic() < deadline:
             time.sleep(0.05)

@@ -1,4 +1,4 @@
-"""Messages for bags, made by rosbags, which has no part in writing them."""
+"""Messages for bags, made by rosbags, which shares no code with the writer."""
 
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -37,7 +37,7 @@ def typestore() -> Typestore:
 
 
 def random_message(type_name: str, generator: np.random.Generator) -> Any:
-    """A message with something in every field, lists of any length."""
+    """A message with random values in every field, and lists of random lengths."""
     store = typestore()
     fields = store.get_msgdef(type_name).fields
     values = {name: _random_value(field, generator) for name, field in fields}
@@ -74,7 +74,7 @@ def write_bag(
     seed: int = 0,
     limits: SplitLimits | None = None,
 ) -> dict[str, list[Any]]:
-    """Write a bag; the messages by topic as they went in: (message, log time, publish time)."""
+    """Write a bag; returns (message, log time, publish time) of each message, by topic."""
     generator = np.random.default_rng(seed)
     written: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
     attachments = {"config.yaml": "name: test\n", "versions.json": "{}"}
@@ -98,7 +98,7 @@ def _messages(number: int, generator: np.random.Generator) -> Iterator[tuple[int
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether a message of rosbags and one of whatever class have the same content."""
+    """Whether a message of rosbags and one of any class have the same content."""
     if isinstance(a, np.ndarray | list | tuple):
         return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
     if (type_name := getattr(a, "__msgtype__", None)) is not None:

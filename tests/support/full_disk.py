@@ -1,4 +1,4 @@
-"""A disk that is really full, and what a recorder says then."""
+"""A disk that is really full, and the report of a recorder."""
 
 import contextlib
 import os
@@ -13,7 +13,7 @@ import pytest
 
 @contextlib.contextmanager
 def tiny_disk(folder: Path, size: str = "1m") -> Iterator[Path]:
-    """A new folder on a disk of its own; skips the test for users who may not mount one."""
+    """A new folder on a disk of its own; without the right to mount one, the test is skipped."""
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
     if os.geteuid() != 0 or subprocess.run(mount, capture_output=True).returncode != 0:

@@ -1,4 +1,4 @@
-"""Bags of ours in the libraries with which Foxglove reads them; skipped where there is no node."""
+"""Our bags, read by the libraries of Foxglove; skipped without node."""
 
 import hashlib
 import json
@@ -26,7 +26,7 @@ Topics = dict[str, dict[str, Any]]
 
 @pytest.fixture(scope="module")
 def script(pytestconfig: pytest.Config) -> Path:
-    """read_bag.mjs beside the libraries that it needs; these are kept from run to run."""
+    """read_bag.mjs beside the libraries that it needs; later runs find them installed."""
     if shutil.which("node") is None or shutil.which("npm") is None:
         pytest.skip("there is no node, or no npm")
     assert pytestconfig.cache is not None
@@ -52,7 +52,7 @@ def read_with_node(script: Path, mode: str, file: Path) -> Topics:
 
 
 def expected(file: Path) -> Topics:
-    """The same, by rosbags from the installed definitions."""
+    """The same, read by rosbags with the installed definitions."""
     store = get_typestore(Stores.EMPTY)
     names: dict[str, list[str]] = {}
     topics: Topics = {}

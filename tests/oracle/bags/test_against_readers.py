@@ -1,4 +1,4 @@
-"""A bag of ours as rosbags and mcap-ros2-support read it; neither of them had a part in writing it."""
+"""Our bags, read by rosbags and mcap-ros2-support, which share no code with the writer."""
 
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ def test_rosbags_reads_every_message(bag: tuple[Path, dict[str, list[Any]]]) -> 
     folder, written = bag
     read: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
     with Reader(folder) as reader:
-        # Only what the bag says about its types is used, not what is installed.
+        # The types come from the bag, not from the installed packages.
         store = get_typestore(Stores.EMPTY)
         for connection in reader.connections:
             assert connection.msgdef.format == MessageDefinitionFormat.MSG

@@ -1,4 +1,4 @@
-"""config/foxglove_layout.json against a recorded flight: what it plots and draws is there."""
+"""config/foxglove_layout.json against a recorded flight: everything that it plots and draws exists."""
 
 import json
 import re
@@ -20,7 +20,7 @@ LAYOUT = json.loads((WORKSPACE / "config/foxglove_layout.json").read_text())
 SHORT_FLIGHT = WORKSPACE / "tests/data/short_flight"
 STEP = r"\.(\w+)|\[(\d+|:)\]|\{(\w+)==\"(\w+)\"\}"
 DRAWN = {"geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Path"}
-"""Of our types, those that 3D panels know (ThreeDeeRender/ros.ts)."""
+"""The types of ours that 3D panels draw (ThreeDeeRender/ros.ts)."""
 
 
 @pytest.fixture(scope="module")
@@ -37,14 +37,14 @@ def plotted() -> Iterator[str]:
 
 
 def value_at(message: Any, path: str, store: Any) -> list[Any]:
-    """What a message path of Foxglove selects: fields, [index], [:] and {field=="value"}."""
+    """The values that a message path of Foxglove selects: fields, [index], [:] and {field=="value"}."""
     values = [message]
     steps = re.findall(STEP, path)
     assert re.fullmatch(f"({STEP})+", path), path
     for field, index, key, wanted in steps:
         if field:
             fields = [name for value in values for name, _ in store.get_msgdef(value.__msgtype__).fields]
-            assert field in fields or not values, f"{path}: there is no {field}"
+            assert field in fields or not values, f"{path}: no field {field}"
             values = [getattr(value, field) for value in values]
         elif index == ":":
             values = [part for value in values for part in value]
@@ -86,8 +86,8 @@ def test_3d_panel_shows_poses_in_the_frame_that_it_follows(bag: Path) -> None:
                 assert message.header.frame_id == panel["followTf"] == "map"
 
 
-def test_poses_and_paths_are_the_truth(bag: Path) -> None:
-    log = read_flight_log(bag)  # the copy is a flight, too
+def test_poses_and_paths_are_the_ground_truth(bag: Path) -> None:
+    log = read_flight_log(bag)  # the copy can be read as a flight
     store = get_typestore(Stores.ROS2_JAZZY)
     found: dict[str, list[Any]] = {}
     for entry in read_bag(bag):
@@ -103,7 +103,7 @@ def test_poses_and_paths_are_the_truth(bag: Path) -> None:
         assert path.poses == poses
 
 
-def test_every_panel_is_in_the_window_once() -> None:
+def test_every_panel_is_laid_out_once() -> None:
     def names(node: Any) -> list[str]:
         return [node] if isinstance(node, str) else names(node["first"]) + names(node["second"])
 

@@ -1,4 +1,4 @@
-"""A bag of several files as rosbags and mcap-ros2-support read it, closed or recovered."""
+"""Our bags of several files, closed or recovered, read by rosbags and mcap-ros2-support."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -20,7 +20,7 @@ from support.bags import TOPICS, same, typestore, write_bag
 NUMBER = 65
 PERIOD_NS = 50_000_000
 PER_FILE = 21
-"""Of one topic, in one second, both ends included."""
+"""Messages of one topic in one second, both ends included."""
 S = 1_000_000_000
 Written = dict[str, list[Any]]
 
@@ -80,7 +80,7 @@ def test_rosbags_reads_it_as_one(bag: tuple[Path, Written]) -> None:
         assert all(same(sent, got) for (sent, _, _), (got, _) in zip(messages, read[topic], strict=True))
 
 
-def test_every_file_stands_alone(bag: tuple[Path, Written]) -> None:
+def test_every_file_is_read_alone(bag: tuple[Path, Written]) -> None:
     folder, written = bag
     read: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
     for path in bag_files(folder):
@@ -99,7 +99,7 @@ def test_every_file_stands_alone(bag: tuple[Path, Written]) -> None:
         assert all(same(sent, got) for (sent, _, _), got in zip(messages, read[topic], strict=True))
 
 
-def test_what_a_file_says_of_the_bag_when_it_is_begun(tmp_path: Path) -> None:
+def test_metadata_record_at_the_start_of_a_file(tmp_path: Path) -> None:
     folder = tmp_path / "bag"
     write_bag(folder, NUMBER, limits=SplitLimits(duration_s=1))
     with (folder / "bag_1.mcap").open("rb") as file:
@@ -115,7 +115,7 @@ def test_what_a_file_says_of_the_bag_when_it_is_begun(tmp_path: Path) -> None:
 
 
 def test_mcap_library_reads_a_torn_file_from_its_beginning(tmp_path: Path) -> None:
-    """Which is what it has for a bag that was not closed: nothing needs the index."""
+    """The library reads a bag that was not closed without an index."""
     folder = tmp_path / "bag"
     written = write_bag(folder, NUMBER, flush_every=5, limits=SplitLimits(duration_s=2))
     last = bag_files(folder)[-1]

@@ -1,4 +1,4 @@
-"""A bag that ends anywhere: all that was in finished chunks is read, and recovered for every reader."""
+"""A bag cut off at any byte: every finished chunk is read, and recovered for every reader."""
 
 import contextlib
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ class Complete:
 
     content: bytes = field(repr=False)
     chunks: list[tuple[int, int]]
-    """Where each chunk ends, and how many messages are in the file up to there."""
+    """End of each chunk, and number of messages up to there."""
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_every_finished_chunk_is_kept(
         return
     assert len(found) == expected
     try:
-        assert recover_bag(folder) is True  # metadata.yaml was missing at least
+        assert recover_bag(folder) is True  # at least metadata.yaml was missing
     except BagError:
         assert expected == 0
         return
@@ -96,7 +96,7 @@ def by_time(found: list[Any]) -> list[Any]:
 
 @settings(max_examples=50)
 @given(position=st.floats(0.0, 1.0), garbage=st.binary(min_size=1, max_size=40))
-def test_damage_anywhere_raises_nothing_but_bag_errors(
+def test_damage_raises_only_bag_errors(
     complete: Complete, tmp_path_factory: pytest.TempPathFactory, position: float, garbage: bytes
 ) -> None:
     folder = tmp_path_factory.mktemp("damaged")
@@ -104,5 +104,5 @@ def test_damage_anywhere_raises_nothing_but_bag_errors(
     start = round(position * (len(complete.content) - len(garbage)))
     path.write_bytes(complete.content[:start] + garbage + complete.content[start + len(garbage) :])
     for action in (messages, lambda _: recover_bag(folder)):
-        with contextlib.suppress(BagError):  # nothing else may come out
+        with contextlib.suppress(BagError):  # any other error fails the test
             action(path)

@@ -1,4 +1,4 @@
-"""What ``ros2 bag info`` says, against the layout of rosbag2_py/format_bag_metadata.cpp in Jazzy."""
+"""The text of ``ros2 bag info``, against the layout of rosbag2_py/format_bag_metadata.cpp in Jazzy."""
 
 import shutil
 import time
@@ -63,7 +63,7 @@ def test_layout(bag: Path) -> None:
     assert text_of(bag) == text_of(bag.parent) == EXPECTED.format(size=f"{size / 1024:.1f} KiB")
 
 
-def test_bag_without_metadata_is_read_itself(bag: Path) -> None:
+def test_bag_without_metadata_yaml(bag: Path) -> None:
     (bag / METADATA_FILE).unlink()
     last = bag / "bag_1.mcap"
     closed = read_information(bag)
@@ -76,7 +76,7 @@ def test_bag_without_metadata_is_read_itself(bag: Path) -> None:
     assert "Messages:          1\n" in text_of(last)
 
 
-def test_events_of_services_are_no_topics(bag: Path) -> None:
+def test_service_events_are_listed_as_services(bag: Path) -> None:
     yaml = YAML()
     tree = yaml.load(bag / METADATA_FILE)
     topic = tree["rosbag2_bagfile_information"]["topics_with_message_count"][0]["topic_metadata"]
@@ -91,7 +91,7 @@ def test_events_of_services_are_no_topics(bag: Path) -> None:
 
 
 @pytest.mark.parametrize("content", ["", "a: [", "a: 3", "rosbag2_bagfile_information: {version: 9}", "\0"])
-def test_metadata_that_is_none(bag: Path, content: str) -> None:
+def test_unusable_metadata_yaml(bag: Path, content: str) -> None:
     (bag / METADATA_FILE).write_text(content)
     with pytest.raises(BagError, match=r"metadata\.yaml: not the metadata of a bag$"):
         read_information(bag)

@@ -1,4 +1,4 @@
-"""Options of recorder and player: their bounds, and what nodes and commands make of them."""
+"""Options of recorder and player: bounds, parameters of nodes, arguments of commands."""
 
 import math
 from argparse import ArgumentParser, Namespace
@@ -27,7 +27,7 @@ S = 1_000_000_000
         ({"start_offset_s": math.nan}, "start offset must be at least 0 s (got nan)"),
     ],
 )
-def test_options_have_bounds(options: dict[str, float], problem: str) -> None:
+def test_option_out_of_bounds_is_refused(options: dict[str, float], problem: str) -> None:
     with pytest.raises(BagError) as error:
         PlayerOptions(**options)
     assert str(error.value) == problem
@@ -45,14 +45,14 @@ def test_options_have_bounds(options: dict[str, float], problem: str) -> None:
         ({"duration_s": math.inf}, None),
     ],
 )
-def test_the_later_of_two_ends_holds(options: dict[str, float], end_ns: int | None) -> None:
+def test_the_later_of_two_ends_applies(options: dict[str, float], end_ns: int | None) -> None:
     chosen = PlayerOptions(start_offset_s=1.0, **options)
     assert chosen.start_ns(3 * S) == 4 * S
     assert chosen.end_ns(3 * S) == end_ns
 
 
 def parameters(options: Options) -> dict[str, Any]:
-    """What rcl reads from the arguments of a node."""
+    """The parameters that rcl reads from the arguments of a node."""
     arguments = options.parameter_arguments()
     assert arguments[::2] == ["-p"] * (len(arguments) // 2)
     pairs = [argument.split(":=", 1) for argument in arguments[1::2]]

@@ -1,4 +1,4 @@
-"""Bags of several files: when the next one begins, and that all readers of ours take them as one."""
+"""Bags of several files: when the next file begins, and that our readers take all files as one bag."""
 
 import os
 from pathlib import Path
@@ -43,16 +43,16 @@ def split_bag(folder: Path, duration_s: int = 2, number: int = 53) -> list[BagMe
         return write_noise(writer, number)
 
 
-def test_a_file_lasts_as_long_as_it_may_and_no_longer(tmp_path: Path) -> None:
+def test_file_ends_after_its_duration(tmp_path: Path) -> None:
     written = split_bag(tmp_path / "bag", duration_s=2)
     files = bag_files(tmp_path / "bag")
     assert [file.name for file in files] == [f"bag_{n}.mcap" for n in range(11)], "ten comes after nine"
     for index, file in enumerate(files):
-        # As in rosbag2: the limit itself is still within the file, so it takes five messages in two seconds.
+        # As in rosbag2, a message at the limit still belongs to the file: five messages in two seconds.
         assert messages(file) == written[5 * index : 5 * index + 5]
 
 
-def test_a_file_ends_when_it_has_its_size(tmp_path: Path) -> None:
+def test_file_ends_at_its_size(tmp_path: Path) -> None:
     limit, each = 40_000, 1000
     with begun(tmp_path / "bag", SplitLimits(size=limit)) as writer:
         for _ in write_noise(writer, 10, each):
@@ -71,13 +71,13 @@ def test_a_file_ends_when_it_has_its_size(tmp_path: Path) -> None:
     assert len(messages(tmp_path / "bag")) == 100
 
 
-def test_chunks_are_no_longer_than_a_small_limit(tmp_path: Path) -> None:
+def test_chunks_are_within_a_small_size_limit(tmp_path: Path) -> None:
     with begun(tmp_path / "bag", SplitLimits(size=8000)) as writer:
         write_noise(writer, 100, 1000)
     assert len(bag_files(tmp_path / "bag")) > 5
 
 
-def test_every_file_takes_a_message_however_small_the_limit(tmp_path: Path) -> None:
+def test_every_file_takes_at_least_one_message(tmp_path: Path) -> None:
     with begun(tmp_path / "bag", SplitLimits(size=1024)) as writer:
         write_noise(writer, 4, 2000)
     assert [len(messages(file)) for file in bag_files(tmp_path / "bag")] == [1, 1, 1, 1]
@@ -92,7 +92,7 @@ def test_split_bag_reads_as_one(tmp_path: Path) -> None:
     assert list(read_bag(folder, topics=["/latched"])) == [BagAttachment("config.yaml", "seed: 3\n")]
 
 
-def test_what_is_latched_stays_in_the_file_in_which_it_came(tmp_path: Path) -> None:
+def test_latched_message_is_only_in_the_file_of_its_time(tmp_path: Path) -> None:
     with begun(tmp_path / "bag", SplitLimits(duration_s=2)) as writer:
         writer.write("/latched", b"\x00\x01\x00\x00once", START_NS, 0)
         write_noise(writer, 20)
@@ -100,12 +100,12 @@ def test_what_is_latched_stays_in_the_file_in_which_it_came(tmp_path: Path) -> N
     assert [topics.count("/latched") for topics in of_files] == [1, 0, 0, 0]
 
 
-def test_killed_recorder_of_a_split_bag(tmp_path: Path) -> None:
+def test_recovery_of_a_split_bag(tmp_path: Path) -> None:
     folder = tmp_path / "bag"
     writer = begun(folder, SplitLimits(duration_s=2))
     written = write_noise(writer, 12)
     writer.flush()
-    write_noise(writer, 1)  # never gets there
+    write_noise(writer, 1)  # stays in the open chunk
     assert messages(folder) == written
     assert recover_bag(folder) is True
     assert messages(folder) == written
@@ -116,7 +116,7 @@ def test_killed_recorder_of_a_split_bag(tmp_path: Path) -> None:
     assert recover_bag(folder) is False
 
 
-def test_recorder_that_was_killed_when_it_began_a_file(tmp_path: Path) -> None:
+def test_recovery_after_a_kill_at_the_start_of_a_file(tmp_path: Path) -> None:
     folder = tmp_path / "bag"
     written = split_bag(folder, number=10)
     (folder / "bag_2.mcap").touch()
@@ -126,15 +126,15 @@ def test_recorder_that_was_killed_when_it_began_a_file(tmp_path: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == ["bag_0.mcap", "bag_1.mcap", METADATA_FILE]
 
 
-def test_reading_ends_where_a_file_is_damaged(tmp_path: Path) -> None:
+def test_reading_ends_at_the_first_damaged_file(tmp_path: Path) -> None:
     written = split_bag(tmp_path / "bag", number=15)
     torn = tmp_path / "bag/bag_1.mcap"
     content = torn.read_bytes()
     torn.write_bytes(content[: len(content) // 4])
-    assert messages(tmp_path / "bag") == written[:5], "not the first file and the last"
+    assert messages(tmp_path / "bag") == written[:5], "the last file would leave a gap"
 
 
-def test_disk_that_is_full_at_a_split(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_disk_is_full_at_a_split(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "bag"
     writer = begun(folder, SplitLimits(duration_s=2))
     written = write_noise(writer, 5)
@@ -154,7 +154,7 @@ def test_disk_that_is_full_at_a_split(tmp_path: Path, monkeypatch: pytest.Monkey
     assert sorted(path.name for path in folder.iterdir()) == ["bag_0.mcap", METADATA_FILE]
 
 
-def test_file_that_is_missing_in_between(tmp_path: Path) -> None:
+def test_missing_file_in_between_is_refused(tmp_path: Path) -> None:
     split_bag(tmp_path / "bag", number=20)
     (tmp_path / "bag/bag_2.mcap").unlink()
     for action in (messages, recover_bag):
@@ -162,7 +162,7 @@ def test_file_that_is_missing_in_between(tmp_path: Path) -> None:
             action(tmp_path / "bag")
 
 
-def test_first_files_may_be_thrown_away(tmp_path: Path) -> None:
+def test_first_files_may_be_deleted(tmp_path: Path) -> None:
     written = split_bag(tmp_path / "bag", number=20)
     (tmp_path / "bag/bag_0.mcap").unlink()
     assert messages(tmp_path / "bag") == written[5:]
@@ -176,6 +176,6 @@ def test_first_files_may_be_thrown_away(tmp_path: Path) -> None:
         ({"duration_s": -3}, r"max bag duration must be at least 1 s, or 0 for no limit \(got -3\)"),
     ],
 )
-def test_limits_have_bounds(limits: dict[str, int], problem: str) -> None:
+def test_limit_out_of_bounds_is_refused(limits: dict[str, int], problem: str) -> None:
     with pytest.raises(BagError, match=problem):
         SplitLimits(**limits)

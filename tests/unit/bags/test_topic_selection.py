@@ -1,4 +1,4 @@
-"""Which topics ``ros2 bag`` means."""
+"""Selection of topics as in ``ros2 bag``."""
 
 import pytest
 
@@ -29,17 +29,17 @@ def taken(selection: TopicSelection) -> list[str]:
         (TopicSelection(regex="leader", exclude_types=["Imu"]), ["/leader/sonar"]),
     ],
 )
-def test_what_is_taken(selection: TopicSelection, expected: list[str]) -> None:
+def test_selected_topics(selection: TopicSelection, expected: list[str]) -> None:
     assert taken(selection) == expected
 
 
 @pytest.mark.parametrize("name", ["regex", "exclude_regex"])
-def test_expression_that_is_none(name: str) -> None:
+def test_invalid_expression_is_refused(name: str) -> None:
     with pytest.raises(
         BagError, match=r"^'\[a' is not a valid regular expression: unterminated character set"
     ):
         TopicSelection(**{name: "[a"})
 
 
-def test_names_are_seen_from_the_root() -> None:
+def test_names_become_absolute() -> None:
     assert [absolute(name) for name in ("imu", "/leader/imu")] == ["/imu", "/leader/imu"]

@@ -1,4 +1,4 @@
-"""What can go wrong while a bag is written: one line, and nothing lost that was safe."""
+"""Failures while a bag is written: one line each, and no loss of flushed messages."""
 
 import errno
 import os
@@ -43,14 +43,14 @@ def test_flushed_messages_and_attachments_outlive_the_writer(tmp_path: Path) -> 
     assert len(messages(writer.file)) == 6
 
 
-def test_large_chunks_are_finished_without_being_told(tmp_path: Path) -> None:
+def test_large_chunk_is_flushed_automatically(tmp_path: Path) -> None:
     writer = started(tmp_path / "bag")
     writer.write("/clock", bytes(bag_writer.CHUNK_BYTES + 1), 0, 0)
     assert len(messages(writer.file)) == 1
     writer.close()
 
 
-def test_closed_bag_has_metadata_and_nothing_else(tmp_path: Path) -> None:
+def test_closed_bag_has_only_its_file_and_metadata(tmp_path: Path) -> None:
     writer = started(tmp_path / "flight")
     assert sum(path.stat().st_size for path in writer.folder.iterdir()) > RESERVE_BYTES
     writer.close()
@@ -58,7 +58,7 @@ def test_closed_bag_has_metadata_and_nothing_else(tmp_path: Path) -> None:
     assert sorted(path.name for path in writer.folder.iterdir()) == ["flight_0.mcap", METADATA_FILE]
 
 
-def test_topics_of_a_read(tmp_path: Path) -> None:
+def test_reading_of_chosen_topics(tmp_path: Path) -> None:
     with started(tmp_path / "bag") as writer:
         writer.add_topic("/other", CLOCK_TYPE, [])
         writer.write("/clock", CLOCK_DATA, 0, 0)
@@ -69,7 +69,7 @@ def test_topics_of_a_read(tmp_path: Path) -> None:
     assert read == ["/other"]
 
 
-def test_existing_folder_is_not_touched(tmp_path: Path) -> None:
+def test_existing_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag/precious").write_text("data")
     with pytest.raises(
@@ -79,7 +79,7 @@ def test_existing_folder_is_not_touched(tmp_path: Path) -> None:
     assert [path.name for path in (tmp_path / "bag").iterdir()] == ["precious"]
 
 
-def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_created(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     folder = tmp_path / "file/bag"
     with pytest.raises(BagError, match=f"^{re.escape(str(folder))}: cannot be created: Not a directory$"):
@@ -93,7 +93,7 @@ def test_type_that_is_not_installed(tmp_path: Path, name: str) -> None:
 
 
 class TinyDisk:
-    """Lets `os.write` run into a full disk once the files in a folder take all of its capacity."""
+    """Makes `os.write` fail as on a full disk when the files in a folder have reached a capacity."""
 
     def __init__(self, folder: Path, capacity: int, monkeypatch: pytest.MonkeyPatch) -> None:
         self.folder = folder
@@ -124,13 +124,13 @@ def write_until_full(writer: BagWriter) -> int:
 
 
 def full_disk_summary(writer: BagWriter) -> str:
-    """What closing the bag reports, without the reason."""
+    """The report of closing the bag, without the reason."""
     with pytest.raises(BagError) as error:
         writer.close()
     text = str(error.value)
     prefix = f"{writer.file} cannot be written any more: No space left on device; "
     assert text.startswith(prefix)
-    writer.close()  # nothing more to do, and no second error
+    writer.close()  # no second error
     return text.removeprefix(prefix)
 
 
@@ -138,7 +138,7 @@ def test_full_disk_loses_no_message(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     writer = started(tmp_path / "bag")
     TinyDisk(writer.folder, RESERVE_BYTES + 20_000, monkeypatch)
     number = write_until_full(writer)
-    for later in range(number, number + 30):  # what arrives until the recorder closes the bag
+    for later in range(number, number + 30):  # they arrive until the recorder closes the bag
         writer.write("/clock", os.urandom(1000), later, later)
     last = f"0.{number + 29:09}".rstrip("0")
     assert full_disk_summary(writer) == f"the bag holds every message before {last} s"
@@ -217,7 +217,7 @@ except BagError as error:
 def test_limit_of_the_file_size_loses_the_last_chunk_and_names_it(
     tmp_path: Path, messages_per_chunk: int
 ) -> None:
-    """Where chunks are long, the index has room in their place; where they are short, it does not."""
+    """The index fits into the room of a lost long chunk, but not into that of a short one."""
     folder = tmp_path / "bag"
     command = [sys.executable, "-c", LIMITED, str(folder), str(messages_per_chunk // 2)]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -252,7 +252,7 @@ def test_bag_is_found_by_file_folder_or_run(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_no_bag_there(tmp_path: Path, make: object, expected: str) -> None:
+def test_path_without_a_bag(tmp_path: Path, make: object, expected: str) -> None:
     path = tmp_path / "place"
     make(path)
     with pytest.raises(BagError, match=f"^{re.escape(str(path))}: {expected}"):
@@ -260,7 +260,7 @@ def test_no_bag_there(tmp_path: Path, make: object, expected: str) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"name: paper\n", bytes(100)])
-def test_file_that_is_no_bag(tmp_path: Path, content: bytes) -> None:
+def test_file_that_is_not_mcap(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "bag_0.mcap"
     path.write_bytes(content)
     with pytest.raises(BagError, match=f"^{re.escape(str(path))}: not an MCAP file$"):
