@@ -14,7 +14,7 @@ from relform_bags.ros2bag.arguments import add_info_arguments, add_play_argument
 from relform_cli.commands import VerbParsers
 from relform_cli.errors import CommandError
 from relform_core.errors import RelformError
-from relform_core.script import EXIT_INTERRUPTED
+from relform_core.exit_codes import EXIT_INTERRUPTED
 
 
 def add_arguments(parser: ArgumentParser) -> None:
