@@ -5,14 +5,16 @@ import json
 import math
 import shutil
 import subprocess
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from mcap.exceptions import EndOfFile
+from mcap.reader import NonSeekingReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from relform_bags.message_types import message_type
 from relform_bags.reader import BagMessage, bag_files, read_bag
 from relform_bags.recover import recover_bag
 from relform_bags.split_limits import SplitLimits
@@ -52,20 +54,30 @@ def read_with_node(script: Path, mode: str, file: Path) -> Topics:
 
 
 def expected(file: Path) -> Topics:
-    """The same, read by rosbags with the installed definitions."""
+    """The same, read by rosbags with the definitions in the bag; the installed types may be newer."""
+    definitions = definitions_in(file)
     store = get_typestore(Stores.EMPTY)
     names: dict[str, list[str]] = {}
     topics: Topics = {}
     for entry in read_bag(file):
         if isinstance(entry, BagMessage):
             if entry.type_name not in store.types:
-                definition = message_type(entry.type_name).definition
-                store.register(get_types_from_msg(definition, entry.type_name))
+                store.register(get_types_from_msg(definitions[entry.type_name], entry.type_name))
                 names = {name: [field for field, _ in fields[1]] for name, fields in store.fielddefs.items()}
             topic = topics.setdefault(entry.topic, {"type": entry.type_name, "logTimes": [], "messages": []})
             topic["logTimes"].append(str(entry.log_time_ns))
             topic["messages"].append(leaves(store.deserialize_cdr(entry.data, entry.type_name), names))
     return topics
+
+
+def definitions_in(file: Path) -> dict[str, str]:
+    """Definition of each type that has a message in a file, read by the mcap library."""
+    definitions = {}
+    with file.open("rb") as stream, suppress(EndOfFile):
+        for schema, _, _ in NonSeekingReader(stream).iter_messages(log_time_order=False):
+            assert schema is not None
+            definitions[schema.name] = schema.data.decode()
+    return definitions
 
 
 def leaves(value: Any, names: dict[str, list[str]]) -> list[Any]:
