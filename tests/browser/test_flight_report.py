@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import formation_errors, scored_pairs
 from relform_analysis.report.flight_page import write_flight_report
-from relform_analysis.report.flight_source import ending_from_log
-from support.logs import perfect_builder
+from support.logs import perfect_builder, summary_of
 from support.scenarios import paper_scenario
 
 from .conftest import LAPTOP, Tab, settle
@@ -40,7 +39,7 @@ def log() -> FlightLog:
 @pytest.fixture(scope="module")
 def report(log: FlightLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
-    write_flight_report(path, log, ending_from_log(log), {"relform": "0.1.0"})
+    write_flight_report(path, log, summary_of(log, versions={"relform": "0.1.0"}))
     return path
 
 
@@ -422,7 +421,7 @@ def test_every_width_has_its_layout(page: Page, width: int) -> None:
 
 def test_one_step_is_a_flight_too(tab: Tab, tmp_path: Path) -> None:
     log = perfect_builder(paper_scenario(), ["A"]).build()
-    write_flight_report(tmp_path / "report.html", log, ending_from_log(log), {})
+    write_flight_report(tmp_path / "report.html", log, summary_of(log))
     tab.open(tmp_path / "report.html")
     assert tab.page.get_by_role("alert").inner_text().startswith("The flight did not complete.")
     tab.page.keyboard.press("End")

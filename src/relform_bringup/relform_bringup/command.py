@@ -61,18 +61,19 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
     from relform_analysis.report.console import print_table
     from relform_core.installed import software_versions
 
-    log, versions = flown.log, software_versions()
-    summary = build_summary(log.scenario, flight_metrics(log), flown.ending, versions)
+    log = flown.log
+    metrics = flight_metrics(log)
+    summary = build_summary(log.scenario, metrics, flown.ending, software_versions())
     write_summary(folder.summary, summary)
     if log.phase:
         print_table(summary, console)
         from relform_analysis.report.flight_page import write_flight_report
 
-        write_flight_report(folder.report, log, flown.ending, versions)
+        write_flight_report(folder.report, log, summary)
         if flown.ending.outcome is not Outcome.INTERRUPTED:  # the figure takes seconds, the report does not
             from relform_analysis.plots.flight_picture import draw_flight
 
-            draw_flight(log, folder.figure)
+            draw_flight(log, metrics, folder.figure)
         console.print(f"open {folder.report}", soft_wrap=True, highlight=False)
     console.print(f"{folder.path}: {', '.join(folder.present())}", soft_wrap=True, highlight=False)
 

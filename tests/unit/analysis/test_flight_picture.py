@@ -12,6 +12,7 @@ import pytest
 from matplotlib.image import imread
 
 from relform_analysis.flight.log_builder import FlightLogBuilder
+from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.plots.flight_picture import HEIGHT_PX, WIDTH_PX, draw_flight
 from relform_core.errors import FlightError
 from support.logs import odometry, perfect_builder
@@ -36,7 +37,8 @@ def inked(png: Path, left: float, top: float, right: float, bottom: float) -> fl
 @pytest.mark.parametrize("phases", [["A"], ["A"] * 20 + ["B"] * 3])
 def test_every_part_is_drawn_however_short_the_flight(tmp_path: Path, phases: list[str]) -> None:
     path = tmp_path / "flight.png"
-    draw_flight(perfect_builder(paper_scenario(), phases).build(), path)
+    log = perfect_builder(paper_scenario(), phases).build()
+    draw_flight(log, flight_metrics(log), path)
     assert size_of(path) == (WIDTH_PX, HEIGHT_PX)
     assert inked(path, 0.0, 0.0, 0.6, 0.08) > 0.01  # title
     assert inked(path, 0.1, 0.1, 0.8, 0.5) > 0.001  # scene
@@ -50,7 +52,7 @@ def test_what_was_not_recorded_is_left_blank(tmp_path: Path) -> None:
     log.rotor_speeds[:] = np.nan
     for values in log.solver.values():
         values[:] = np.nan
-    draw_flight(log, tmp_path / "flight.png")
+    draw_flight(log, flight_metrics(log), tmp_path / "flight.png")
     assert size_of(tmp_path / "flight.png") == (WIDTH_PX, HEIGHT_PX)
 
 
@@ -58,7 +60,7 @@ def test_flight_without_control_steps_has_no_picture(tmp_path: Path) -> None:
     builder = FlightLogBuilder(paper_scenario())
     builder.add_ground_truth("leader", odometry(0, (0.0, 0.0, 2.0), 0.0))
     with pytest.raises(FlightError, match="no control step"):
-        draw_flight(builder.build(), tmp_path / "flight.png")
+        draw_flight(log := builder.build(), flight_metrics(log), tmp_path / "flight.png")
     assert not list(tmp_path.iterdir())
 
 
@@ -67,7 +69,7 @@ def test_unwritable_file_is_one_line(tmp_path: Path) -> None:
     path = tmp_path / "file/flight.png"
     log = perfect_builder(paper_scenario(), ["A"] * 3).build()
     with pytest.raises(FlightError, match=f"^{re.escape(str(path))}: cannot be written: Not a directory$"):
-        draw_flight(log, path)
+        draw_flight(log, flight_metrics(log), path)
 
 
 def test_matplotlib_is_imported_only_to_draw() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.phases import flown_phases
 from relform_analysis.plots import over_time as paper_plot
 from relform_analysis.plots import paper_figures
@@ -49,7 +50,7 @@ def test_flight_that_ends_as_a_phase_begins(tmp_path: Path, last_tick: int) -> N
     log = replace(log, tick_ns=log.tick_ns[ticks], p_NB_N=log.p_NB_N[ticks], q_NB=log.q_NB[ticks])
     assert [phase.tick_in_the_middle(log) for phase in flown_phases(log)] == [10, 20]
     draw_paper_figures([log], tmp_path)
-    draw_flight(log, tmp_path / "flight.png")
+    draw_flight(log, flight_metrics(log), tmp_path / "flight.png")
 
 
 def test_every_figure_of_flights_of_different_length(tmp_path: Path) -> None:

@@ -23,7 +23,9 @@ from relform_analysis.report.flight_page import flight_page, write_flight_report
 from relform_analysis.report.flight_source import ending_from_log
 from relform_analysis.report.packing import pack
 from relform_core.errors import FlightError, RelformError
-from support.logs import perfect_builder
+from relform_core.names import SolverState
+from relform_core.telemetry import Event, ParametersSet, PerStep
+from support.logs import perfect_builder, summary_of
 from support.pages import Page, unpack
 from support.scenarios import paper_scenario
 
@@ -50,7 +52,7 @@ def log() -> FlightLog:
 
 @pytest.fixture(scope="module")
 def page(log: FlightLog) -> Page:
-    return Page(flight_page(log, COMPLETED, {"relform": "0.1.0", "git_commit": None}))
+    return Page(flight_page(log, summary_of(log, COMPLETED, {"relform": "0.1.0", "git_commit": None})))
 
 
 @pytest.mark.parametrize("shape", [(0,), (5,), (4, 3), (2, 3, 4)])
@@ -162,7 +164,7 @@ def test_nothing_leads_out_of_the_file(page: Page) -> None:
 def test_texts_of_a_scenario_are_texts() -> None:
     title = "</script><script>alert(1)</script> & <b>"
     log = flight(f'title="{title}"')
-    page = Page(flight_page(log, COMPLETED, {"<i>": "&amp;"}))
+    page = Page(flight_page(log, summary_of(log, COMPLETED, {"<i>": "&amp;"})))
     assert "alert" not in "".join(page.scripts)
     assert title in page.text
     assert page.tables["versions"] == [["<i>", "&amp;"]]
@@ -174,7 +176,7 @@ def test_fault_is_told_first() -> None:
     log = builder.build()
     ending = ending_from_log(log)
     assert (ending.outcome, ending.reason) == (Outcome.FAULT, "follower_1 collided with leader")
-    page = Page(flight_page(log, ending, {}))
+    page = Page(flight_page(log, summary_of(log, ending)))
     assert "The flight did not complete. at 0.20 s, follower_1 collided with leader" in page.text
     assert page.text.index("did not complete") < page.text.index("Beside the paper")
 
@@ -183,9 +185,42 @@ def test_recording_that_ends_early_says_so() -> None:
     log = perfect_builder(paper_scenario(), PHASES).build()
     ending = ending_from_log(log)
     assert ending.outcome is Outcome.INTERRUPTED
-    page = Page(flight_page(log, ending, {}))
+    page = Page(flight_page(log, summary_of(log, ending)))
     assert "The recording ends after 90 of 540 control steps." in page.text
     assert "Not recorded" not in page.text
+
+
+def test_events_and_changes_are_in_the_configuration_with_their_times() -> None:
+    gust = "{kind: wind, start_s: 1.5, end_s: 2.5, target: follower_1, force_n: [0.0, 3.5, 0.0]}"
+    weak = "{kind: thrust_scale, start_s: 0.5, end_s: 4.0, target: leader, scale: 0.8}"
+    builder = perfect_builder(paper_scenario(f"events=[{gust}, {weak}]"), PHASES)
+    page = Page(flight_page(log := builder.build(), summary_of(log)))
+    assert page.tables["interventions"][1:] == [
+        ["0.5 to 4 s", "leader", "thrust scale, scale = 0.8"],
+        ["1.5 to 2.5 s", "follower_1", "wind, force_n = [0.0, 3.5, 0.0]"],
+    ]
+    assert "saved as a file, it is a scenario that flies the same flight" in page.text
+
+    change = ParametersSet({"weights.formation_per_m2": 12.0})
+    builder.add_event(PerStep(20, 1_000_000_000, Event("/formation/controller", change)))
+    page = Page(flight_page(log := builder.build(), summary_of(log)))
+    assert page.tables["interventions"][2] == [
+        "1.00 s", "/formation/controller", "set: weights.formation_per_m2 = 12",
+    ]  # fmt: skip
+    assert (
+        "changed in flight, as the table says: saved as a file, it does not fly the same flight" in page.text
+    )
+    assert "that flies the same flight" not in page.text
+
+
+def test_fallbacks_are_reported() -> None:
+    log = perfect_builder(paper_scenario(), PHASES).build()
+    assert "Fallback" not in Page(flight_page(log, summary_of(log, COMPLETED))).text
+    log.solver["status"][[3, 7, 8]] = SolverState.FALLBACK
+    page = Page(flight_page(log, summary_of(log, COMPLETED)))
+    assert "Fallback: in 3 of 90 control steps an SQP step failed" in page.text
+    rows = {label: value for label, value, _ in page.tables["compared"][1:]}
+    assert rows["control steps that fell back"] == "3"
 
 
 @pytest.mark.parametrize("phases", [["A"], ["A"] * 20 + ["B"]])
@@ -194,7 +229,7 @@ def test_short_flights_and_what_was_not_recorded(phases: list[str]) -> None:
     log.rotor_speeds[:] = np.nan
     for values in log.solver.values():
         values[:] = np.nan
-    page = Page(flight_page(log, ending_from_log(log), {}))
+    page = Page(flight_page(log, summary_of(log)))
     rows = {label: value for label, value, _ in page.tables["compared"][1:]}
     assert rows["rotor speed, maximum"] == "-"
     assert "real-time factor" not in rows  # unknown, and the paper says nothing of it
@@ -207,7 +242,7 @@ def test_short_flights_and_what_was_not_recorded(phases: list[str]) -> None:
 def test_flight_without_control_steps_has_no_report(tmp_path: Path) -> None:
     log = FlightLogBuilder(paper_scenario()).build()
     with pytest.raises(FlightError, match=r"report\.html: no report: the flight has no control step$"):
-        write_flight_report(tmp_path / "report.html", log, COMPLETED, {})
+        write_flight_report(tmp_path / "report.html", log, summary_of(log, COMPLETED))
     assert not list(tmp_path.iterdir())
 
 
@@ -215,13 +250,13 @@ def test_unwritable_file_is_one_line(tmp_path: Path, log: FlightLog) -> None:
     (tmp_path / "file").touch()
     path = tmp_path / "file/report.html"
     with pytest.raises(RelformError, match=f"^{re.escape(str(path))}: cannot be written: Not a directory$"):
-        write_flight_report(path, log, COMPLETED, {})
+        write_flight_report(path, log, summary_of(log, COMPLETED))
 
 
 def test_same_flight_same_report(tmp_path: Path, log: FlightLog) -> None:
     paths = [tmp_path / name for name in ("first.html", "second.html")]
     for path in paths:
-        write_flight_report(path, log, COMPLETED, {"relform": "0.1.0"})
+        write_flight_report(path, log, summary_of(log, COMPLETED, {"relform": "0.1.0"}))
     assert paths[0].read_bytes() == paths[1].read_bytes()
     assert sorted(tmp_path.iterdir()) == paths
 

@@ -115,5 +115,6 @@ def test_table_shows_each_phase_and_pair_and_the_paper(summary: dict[str, Any]) 
     assert "< 0.068 m" in text
     (steady,) = re.findall(r"formation error, steady, mean +(\S+) m", text)
     assert steady == f"{summary['steady_mean_m']:.3f}"
+    assert re.search(r"that fell back +0\b", text)
     rows = re.findall(r"^ ?(\S.*?)? +mean +(\S+) +(\S+) +(\S+)", text, flags=re.MULTILINE)
     assert rows[0] == ("leader ->", "0.000", "0.083", "-")

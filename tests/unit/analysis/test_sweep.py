@@ -21,7 +21,7 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.summary import Json
 from relform_analysis.sweep import runs as sweep
 from relform_analysis.sweep.flight_row import fly, identity
-from relform_analysis.sweep.folder import REPORT, TABLE, SweepFolder, write_table
+from relform_analysis.sweep.folder import SWEEP_FILE, TABLE, SweepFolder, write_table
 from relform_analysis.sweep.plan import Run, load_variants, plan_runs
 from relform_analysis.sweep.runs import fly_all, in_order, resume
 from relform_analysis.sweep.software import ROOTS, flight_software, imported
@@ -314,7 +314,7 @@ def test_a_crash_is_an_outcome_and_a_failure_is_tried_again(tmp_path: Path, flow
 def test_table_and_statistics_hold_every_run(tmp_path: Path, flown: list[str]) -> None:
     rows = fly_here(short_runs(4), tmp_path)
     returned = SweepFolder(tmp_path).conclude("s.yaml", ("a.b=1",), (BASE, LOOSE), rows, {"relform": "0.1.0"})
-    report = json.loads((tmp_path / REPORT).read_text())
+    report = json.loads((tmp_path / SWEEP_FILE).read_text())
     assert report == returned
     assert report["versions"] == {"relform": "0.1.0"}
     assert report["set"] == ["a.b=1"]

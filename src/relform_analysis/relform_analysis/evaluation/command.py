@@ -13,7 +13,7 @@ from relform_analysis.evaluation.figures import draw_evaluation
 from relform_analysis.evaluation.plan import COLD, FEW, FULL, MANY, PAPER_TUNING, plan_evaluation
 from relform_analysis.evaluation.tables import PAGE, write_tables
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.sweep.folder import REPORT, SweepFolder
+from relform_analysis.sweep.folder import SWEEP_FILE, SweepFolder
 from relform_analysis.sweep.plan import Run, load_variants
 from relform_analysis.sweep.session import executor_for, fly_shown, positive
 from relform_core.errors import RelformError
@@ -71,7 +71,7 @@ def _logs(folder: SweepFolder, runs: Sequence[Run]) -> dict[str, list[FlightLog]
             logs[run.variant].append(folder.log(run))
     for name, flights in logs.items():
         if not flights:
-            raise RelformError(f"no flight of '{name}' could be flown; {folder.path / REPORT} says why")
+            raise RelformError(f"no flight of '{name}' could be flown; {folder.path / SWEEP_FILE} says why")
     return logs
 
 

@@ -16,7 +16,7 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import follower_yaw_errors
 from relform_analysis.flight.summary import Json
 from relform_analysis.flight.view_margins import view_margins
-from relform_analysis.plots.over_time import STYLE, Compared, draw_over_time, save
+from relform_analysis.plots.over_time import STYLE, OtherFlights, draw_over_time, save
 from relform_analysis.plots.panels import Guide, Line, Panel, flight_panels
 from relform_analysis.plots.paper_figures import TRAJECTORIES, draw_trajectories, pair_by_pair
 from relform_core.arrays import Array
@@ -43,7 +43,7 @@ def draw_evaluation(
     import matplotlib
 
     cold = of_variant(variants, COLD[tuning])
-    without = Compared(
+    without = OtherFlights(
         f"cold start, one SQP step ({cold['completed']} of {cold['runs']} flights completed)",
         [_solver(log) for log in logs[COLD[tuning]]],
     )
@@ -58,7 +58,9 @@ def draw_evaluation(
     return files
 
 
-def _figures(flights: Sequence[FlightLog], variant: Json, without: Compared) -> Iterator[tuple[str, Figure]]:
+def _figures(
+    flights: Sequence[FlightLog], variant: Json, without: OtherFlights
+) -> Iterator[tuple[str, Figure]]:
     longest = max(flights, key=lambda log: len(log.phase))
     team = longest.scenario.config.team
     runs = [pair_by_pair(flight_panels(log)) for log in flights]

@@ -4,6 +4,12 @@ import textwrap
 
 from relform_analysis.evaluation.claims import pair_key
 from relform_analysis.flight.metrics import scored_pairs
+from relform_analysis.flight.paper_claims import (
+    FORMATION_STEADY_MAX_M,
+    FORMATION_STEADY_MEAN_M,
+    ROTOR_STD_RPM,
+    SQP_STEPS,
+)
 from relform_analysis.flight.summary import Json
 from relform_core.scenario_config import TeamConfig
 
@@ -24,7 +30,8 @@ def solver(variant: Json) -> str:
     """Below objective, KKT values and times."""
     return _note(
         "the objective peaks in the turn and at the formation change, and is much higher without the "
-        "modified RTI; small KKT values; 2 SQP steps for the vast majority; always below the control period.",
+        f"modified RTI; small KKT values; {SQP_STEPS} SQP steps for the vast majority; always below the "
+        "control period.",
         "mean and standard deviation over the flights, of the logarithm where the scale is logarithmic. "
         f"{_number(variant, 'sqp_steps_median', 0)} SQP steps, with a KKT value of "
         f"{_number(variant, 'kkt_first_median', 0)} in the first and {_number(variant, 'kkt_median', 1)} in "
@@ -36,8 +43,8 @@ def formation(variant: Json, team: TeamConfig) -> str:
     """Below the formation errors."""
     pairs = (_number(variant, pair_key(*pair, "steady_mean_m"), 3) for pair in scored_pairs(team))
     return _note(
-        "below 0.068 m on average in steady state, at most around 0.015 m (sic); higher only when the "
-        "scenario changes.",
+        f"below {FORMATION_STEADY_MEAN_M} m on average in steady state, at most around "
+        f"{FORMATION_STEADY_MAX_M} m (sic); higher only when the scenario changes.",
         f"{_number(variant, 'steady_mean_m', 3)} m on average in steady state ({', '.join(pairs)} m), 95th "
         f"percentile {_number(variant, 'steady_p95_m', 3)} m, maximum of all flights "
         f"{_number(variant, 'steady_max_m', 3, 'max')} m.",
@@ -58,7 +65,7 @@ def tracking(variant: Json) -> str:
 def rotors(variant: Json, seed: int) -> str:
     """Below the rotor speeds."""
     return _note(
-        "never beyond the limits; chattering, but quite steady, changes around 600 rpm.",
+        f"never beyond the limits; chattering, but quite steady, changes around {ROTOR_STD_RPM:.0f} rpm.",
         f"the flight with seed {seed}. In all flights the standard deviation is "
         f"{_number(variant, 'rotor_std_rpm', 0)} rpm, and some rotor is at its limit in "
         f"{_number(variant, 'saturated_fraction', 1, factor=100.0)} % of the steps.",

@@ -7,7 +7,7 @@ from typing import Any
 from relform_analysis.evaluation.claims import compared_numbers, mean_of, of_variant, pair_key, targets, worst
 from relform_analysis.evaluation.plan import FULL, PAPER_TUNING
 from relform_analysis.flight.metrics import scored_pairs
-from relform_analysis.flight.paper_claims import FOOTNOTE, Compared
+from relform_analysis.flight.paper_claims import FOOTNOTE, ComparedNumber
 from relform_analysis.flight.summary import Json
 from relform_analysis.sweep.folder import write_table
 from relform_analysis.sweep.statistics import aggregate
@@ -152,14 +152,14 @@ def _ablation_page(variants: Sequence[Json], team: TeamConfig) -> list[str]:
     return _markdown(["", "completed", *shown.values()], body)
 
 
-def _cell(number: Compared, distribution: Json | None) -> str:
+def _cell(number: ComparedNumber, distribution: Json | None) -> str:
     if not distribution or distribution["mean"] is None:
         return "-"
     mean, p95, extreme = (number.bare(distribution[key]) for key in ("mean", "p95", worst(number)))
     return f"{mean} ({extreme})" if worst(number) == "min" else f"{mean} ({p95}, {extreme})"
 
 
-def _mean(number: Compared, distribution: Json | None) -> str:
+def _mean(number: ComparedNumber, distribution: Json | None) -> str:
     if not distribution or distribution["mean"] is None:
         return "-"
     return number.bare(distribution["min" if worst(number) == "min" else "mean"])

@@ -6,12 +6,20 @@ FORMATION_STEADY_MEAN_M = 0.068
 """The paper: in steady state and on average the formation error norms are smaller than this."""
 FORMATION_STEADY_MAX_M = 0.015
 """The paper: around this at most, which contradicts the mean."""
+ROTOR_MAX_RPM = 6000.0
+"""The paper: rotor speeds never exceed this."""
+ROTOR_STD_RPM = 600.0
+"""The paper: rotor speeds change around this; we read it as their standard deviation."""
+SQP_STEPS = 2
+"""The paper: for the vast majority of control steps."""
+STEP_MS = 50.0
+"""The paper: every control step is solved within this, its control period."""
 ROUNDING = 1e-9
-"""A limit that went from rpm to rad/s and back is still kept by who flew at it."""
+"""A limit converted from rpm to rad/s and back differs by this, relatively, and is still kept."""
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedNumber:
     """A number of summary.json and what the paper says of it."""
 
     key: str
@@ -43,39 +51,59 @@ class Compared:
 
 
 COMPARED = (
-    Compared(
+    ComparedNumber(
         "steady_mean_m",
         "formation error, steady, mean",
-        "< 0.068 m",
+        f"< {FORMATION_STEADY_MEAN_M} m",
         "m",
         3,
         claim=FORMATION_STEADY_MEAN_M,
         bound=True,
     ),
-    Compared("steady_p95_m", "formation error, steady, 95 %", "", "m", 3),
-    Compared(
+    ComparedNumber("steady_p95_m", "formation error, steady, 95 %", "", "m", 3),
+    ComparedNumber(
         "steady_max_m",
         "formation error, steady, maximum",
-        "about 0.015 m *",
+        f"about {FORMATION_STEADY_MAX_M} m *",
         "m",
         3,
         claim=FORMATION_STEADY_MAX_M,
     ),
-    Compared("peak_m", "formation error, maximum of all", "", "m", 3),
-    Compared("leader_steady_mean_m", "leader position error, steady, mean", "slight", "m", 3),
-    Compared("leader_yaw_steady_mean_deg", "leader yaw error, steady, mean", "", "deg", 1),
-    Compared("follower_yaw_steady_mean_deg", "follower yaw error, steady, mean", "", "deg", 1),
-    Compared("view_margin_min_deg", "margin in the field of view, smallest", "satisfied", "deg", 1),
-    Compared("separation_min_m", "smallest separation", "", "m", 2),
-    Compared("tilt_max_deg", "tilt, maximum", "", "deg", 0),
-    Compared("rotor_max_rpm", "rotor speed, maximum", "<= 6000 rpm", "rpm", claim=6000.0, bound=True),
-    Compared("rotor_std_rpm", "rotor speed, standard deviation", "around 600 rpm", "rpm", claim=600.0),
-    Compared("saturated_fraction", "steps with a rotor at its limit", "", "%", 1, factor=100.0),
-    Compared("sqp_steps_median", "SQP steps per control step, median", "2", claim=2.0),
-    Compared(
-        "step_ms_median", "solver time per control step, median", "< 50 ms", "ms", 1, claim=50.0, bound=True
+    ComparedNumber("peak_m", "formation error, maximum of all", "", "m", 3),
+    ComparedNumber("leader_steady_mean_m", "leader position error, steady, mean", "slight", "m", 3),
+    ComparedNumber("leader_yaw_steady_mean_deg", "leader yaw error, steady, mean", "", "deg", 1),
+    ComparedNumber("follower_yaw_steady_mean_deg", "follower yaw error, steady, mean", "", "deg", 1),
+    ComparedNumber("view_margin_min_deg", "margin in the field of view, smallest", "satisfied", "deg", 1),
+    ComparedNumber("separation_min_m", "smallest separation", "", "m", 2),
+    ComparedNumber("tilt_max_deg", "tilt, maximum", "", "deg", 0),
+    ComparedNumber(
+        "rotor_max_rpm",
+        "rotor speed, maximum",
+        f"<= {ROTOR_MAX_RPM:.0f} rpm",
+        "rpm",
+        claim=ROTOR_MAX_RPM,
+        bound=True,
     ),
-    Compared("realtime_factor", "real-time factor", "", "", 1),
+    ComparedNumber(
+        "rotor_std_rpm",
+        "rotor speed, standard deviation",
+        f"around {ROTOR_STD_RPM:.0f} rpm",
+        "rpm",
+        claim=ROTOR_STD_RPM,
+    ),
+    ComparedNumber("saturated_fraction", "steps with a rotor at its limit", "", "%", 1, factor=100.0),
+    ComparedNumber("sqp_steps_median", "SQP steps per control step, median", f"{SQP_STEPS}", claim=SQP_STEPS),
+    ComparedNumber(
+        "step_ms_median",
+        "solver time per control step, median",
+        f"< {STEP_MS:.0f} ms",
+        "ms",
+        1,
+        claim=STEP_MS,
+        bound=True,
+    ),
+    ComparedNumber("fallback_steps", "control steps that fell back", "", "", 0),
+    ComparedNumber("realtime_factor", "real-time factor", "", "", 1),
 )
 """In the order in which they are shown."""
 FOOTNOTE = "* contradicts the mean that the paper gives"

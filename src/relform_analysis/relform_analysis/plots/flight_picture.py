@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import flight_metrics, formation_errors, leader_errors, scored_pairs
+from relform_analysis.flight.metrics import FlightMetrics, formation_errors, leader_errors, scored_pairs
 from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
 from relform_analysis.flight.phases import flown_phases, step_times
 from relform_core.arrays import Array
@@ -44,8 +44,8 @@ FORMATION_EVERY_S = 1.0
 """Time between the instants at which the formation is drawn."""
 
 
-def draw_flight(log: FlightLog, path: Path) -> None:
-    """Write the picture of a flight as PNG.
+def draw_flight(log: FlightLog, metrics: FlightMetrics, path: Path) -> None:
+    """Write the picture of a flight, with its key figures, as PNG.
 
     Raises:
         FlightError: the flight has no control step, or the file cannot be written.
@@ -62,7 +62,7 @@ def draw_flight(log: FlightLog, path: Path) -> None:
         _draw_scene(figure, log)
         figure.text(0.02, 0.95, _title(log), fontsize=18, fontweight="bold")
         figure.text(0.02, 0.918, _phase_titles(log), fontsize=13, color=TEXT)
-        _write_key_figures(figure, log)
+        _write_key_figures(figure, metrics)
         grid = figure.add_gridspec(
             2, 2, left=0.05, right=0.95, bottom=0.06, top=0.42, wspace=0.16, hspace=0.36
         )
@@ -90,8 +90,7 @@ def _phase_titles(log: FlightLog) -> str:
     return "     ".join(f"{phase.name}  {phase.title}" for phase in log.scenario.config.phases)
 
 
-def _write_key_figures(figure: Figure, log: FlightLog) -> None:
-    metrics = flight_metrics(log)
+def _write_key_figures(figure: Figure, metrics: FlightMetrics) -> None:
     score = metrics.score
     headline = f"{score.formation.steady.mean:.3f} m"
     rest = (

@@ -59,7 +59,7 @@ ROOM = 1.05
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class OtherFlights:
     """Other flights, to be drawn over the first line of each plot."""
 
     name: str
@@ -68,7 +68,7 @@ class Compared:
 
 
 def draw_over_time(
-    runs: Sequence[Sequence[Panel]], longest: FlightLog, compared: Compared | None = None, note: str = ""
+    runs: Sequence[Sequence[Panel]], longest: FlightLog, compared: OtherFlights | None = None, note: str = ""
 ) -> Figure:
     """A figure with the same plots of one or more flights, one below the other.
 

@@ -4,6 +4,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from relform_analysis.flight.metrics import flight_metrics
+from relform_analysis.flight.summary import build_summary
 from relform_analysis.report.flight_page import write_flight_report
 from relform_analysis.report.flight_source import (
     ending_from_log,
@@ -13,8 +15,7 @@ from relform_analysis.report.flight_source import (
 )
 from relform_analysis.report.sweep_page import write_sweep_report
 from relform_analysis.report.sweep_source import is_sweep, read_sweep
-from relform_analysis.sweep.folder import REPORT as SWEEP
-from relform_analysis.sweep.folder import RUNS
+from relform_analysis.sweep.folder import RUNS, SWEEP_FILE
 from relform_bags.reader import find_bag
 from relform_core.errors import BagError
 from relform_core.run_folder import CONFIG_FILE, PAPER_FIGURES, REPORT_FILE
@@ -73,7 +74,7 @@ def report_flight(source: Path, out: Path, configuration: Path | str | None, wit
     try:
         file = find_bag(source)
     except BagError as error:
-        neither = f", and no sweep: there is no {SWEEP} in it" if source.is_dir() else ""
+        neither = f", and no sweep: there is no {SWEEP_FILE} in it" if source.is_dir() else ""
         if (source / RUNS).is_dir():
             neither += "; the command that flew its runs goes on, and writes one"
         raise BagError(f"{error}{neither}") from None
@@ -82,7 +83,7 @@ def report_flight(source: Path, out: Path, configuration: Path | str | None, wit
 
     log = read_flight_log(file, configuration)
     ending, versions = ending_from_run(source) or (ending_from_log(log), versions_from_bag(file))
-    write_flight_report(out, log, ending, versions)
+    write_flight_report(out, log, build_summary(log.scenario, flight_metrics(log), ending, versions))
     if unrecorded := unrecorded_topics(log):
         print(f"{file}: no message on {', '.join(unrecorded)}; left blank in the report", file=sys.stderr)
     print(out, flush=True)

@@ -1,16 +1,16 @@
 """The report of one flight."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import flight_metrics, formation_errors, scored_pairs
+from relform_analysis.flight.metrics import formation_errors, scored_pairs
 from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, FORMATION_STEADY_MEAN_M
 from relform_analysis.flight.phases import flown_phases, step_times
-from relform_analysis.flight.summary import Ending, Json, Outcome, build_summary
+from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.plots.panels import Panel, flight_panels, pair_label
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
 from relform_analysis.report.flight_source import unrecorded_topics
+from relform_analysis.report.interventions import interventions
 from relform_analysis.report.packing import pack
 from relform_analysis.report.page import render
 from relform_analysis.report.tiles import headline_tiles
@@ -34,30 +34,29 @@ SCRIPTS = (
 )
 
 
-def write_flight_report(
-    path: Path, log: FlightLog, ending: Ending, versions: Mapping[str, str | None]
-) -> None:
+def write_flight_report(path: Path, log: FlightLog, summary: Json) -> None:
     """Write the report of a flight.
 
+    Args:
+        summary: of the same flight, as ``build_summary`` makes it.
     Raises:
         FlightError: the flight has no control step.
         RelformError: it cannot be written.
     """
     if not log.phase:
         raise FlightError(f"{path}: no report: the flight has no control step")
-    write_atomically(path, flight_page(log, ending, versions))
+    write_atomically(path, flight_page(log, summary))
 
 
-def flight_page(log: FlightLog, ending: Ending, versions: Mapping[str, str | None]) -> str:
-    """The report of a flight, HTML."""
-    summary = build_summary(log.scenario, flight_metrics(log), ending, versions)
+def flight_page(log: FlightLog, summary: Json) -> str:
+    """The report of a flight, HTML; arguments as of ``write_flight_report``."""
     return render(
         "flight.html",
         SCRIPTS,
         flight_data(log),
         summary=summary,
-        completed=ending.outcome is Outcome.COMPLETED,
-        reasons=_reasons(log, ending),
+        completed=summary["outcome"] == Outcome.COMPLETED,
+        reasons=_reasons(log, summary["reason"]),
         unrecorded=unrecorded_topics(log),
         tiles=headline_tiles(summary.get, _notes(summary)),
         compared=[
@@ -70,6 +69,8 @@ def flight_page(log: FlightLog, ending: Ending, versions: Mapping[str, str | Non
         errors=error_rows(summary),
         statistics=STATISTICS,
         configuration=log.scenario.effective_yaml,
+        interventions=interventions(log),
+        changed=bool(log.changes),
     )
 
 
@@ -122,15 +123,13 @@ def _panel(panel: Panel) -> Json:
     }
 
 
-def _reasons(log: FlightLog, ending: Ending) -> list[str]:
+def _reasons(log: FlightLog, reason: str | None) -> list[str]:
     """Why a flight did not complete: how it ended, unless a fault says the same, then the faults."""
-    told = (
-        [ending.reason] if ending.reason and ending.reason not in {f.description for f in log.faults} else []
-    )
+    known = {fault.description for fault in log.faults}
     faults = [
         f"at {fault.stamp_ns / NANOSECONDS_PER_SECOND:.2f} s, {fault.description}" for fault in log.faults
     ]
-    return told + faults
+    return ([reason] if reason and reason not in known else []) + faults
 
 
 def _notes(summary: Json) -> dict[str, str]:
@@ -140,10 +139,10 @@ def _notes(summary: Json) -> dict[str, str]:
         return compared[key].text(summary[key])
 
     return {
-        "steady_mean_m": "mean; the paper < 0.068 m",
+        "steady_mean_m": f"mean; the paper {compared['steady_mean_m'].paper}",
         "peak_m": f"in steady state {text('steady_max_m')}",
         "leader_steady_mean_m": f"mean; in yaw {text('leader_yaw_steady_mean_deg')}",
         "separation_min_m": "between two centres",
-        "rotor_std_rpm": "std. dev.; paper about 600",
-        "step_ms_median": "median; paper < 50 ms",
+        "rotor_std_rpm": f"std. dev.; paper {compared['rotor_std_rpm'].paper}",
+        "step_ms_median": f"median; the paper {compared['step_ms_median'].paper}",
     }

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, Compared
+from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, ComparedNumber
 from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.report.page import render
 from relform_analysis.report.sweep_source import Sweep
@@ -41,7 +41,7 @@ class Row:
 class Section:
     """One number of all variants."""
 
-    number: Compared
+    number: ComparedNumber
     rows: tuple[Row, ...]
 
 
@@ -60,7 +60,7 @@ def sweep_page(sweep: Sweep) -> str:
     compared = [number for number in COMPARED if _is_known(number.key, variants)]
     shown = {number.key for number in compared}
     others = [
-        Compared(key, key, "", digits=DIGITS_OF_OTHERS)
+        ComparedNumber(key, key, "", digits=DIGITS_OF_OTHERS)
         for key in dict.fromkeys(key for variant in variants for key in variant["metrics"])
         if key not in shown and not key.startswith(BY_PHASE) and _is_known(key, variants)
     ]
@@ -84,7 +84,7 @@ def sweep_page(sweep: Sweep) -> str:
     )
 
 
-def sweep_data(sweep: Sweep, numbers: Sequence[Compared]) -> Json:
+def sweep_data(sweep: Sweep, numbers: Sequence[ComparedNumber]) -> Json:
     """What the page draws: values of completed flights by number and variant, in the units of the tables."""
     names = [variant["name"] for variant in sweep.report["variants"]]
     completed = {
@@ -109,7 +109,7 @@ def sweep_data(sweep: Sweep, numbers: Sequence[Compared]) -> Json:
 
 
 def _distribution(
-    number: Compared, rows: Sequence[Mapping[str, Any]], statistics: Mapping[str, Any] | None
+    number: ComparedNumber, rows: Sequence[Mapping[str, Any]], statistics: Mapping[str, Any] | None
 ) -> Json | None:
     values = [
         (int(row["seed"]), number.factor * row[number.key])
@@ -135,11 +135,11 @@ def _tiles(variant: Json) -> list[Tile]:
     return headline_tiles(lambda key: (metrics.get(key) or {"mean": None})["mean"], notes)
 
 
-def _section(number: Compared, variants: Sequence[Json]) -> Section:
+def _section(number: ComparedNumber, variants: Sequence[Json]) -> Section:
     return Section(number, tuple(_row(number, variant) for variant in variants))
 
 
-def _row(number: Compared, variant: Json) -> Row:
+def _row(number: ComparedNumber, variant: Json) -> Row:
     statistics = variant["metrics"].get(number.key) or describe([])
     low, high = statistics["ci95"] or (None, None)
     return Row(

@@ -8,7 +8,7 @@ from typing import Any
 
 from relform_analysis.flight.summary import Json
 from relform_analysis.report.json_file import read_json
-from relform_analysis.sweep.folder import REPORT, TABLE
+from relform_analysis.sweep.folder import SWEEP_FILE, TABLE
 from relform_core.errors import RelformError
 
 TEXTS = ("variant", "scenario", "title", "outcome", "reason", "set")
@@ -28,7 +28,7 @@ class Sweep:
 
 def is_sweep(path: Path) -> bool:
     """Whether a path names a sweep: its folder or its sweep.json."""
-    return path.name == REPORT or (path / REPORT).is_file()
+    return path.name == SWEEP_FILE or (path / SWEEP_FILE).is_file()
 
 
 def read_sweep(path: Path) -> Sweep:
@@ -39,8 +39,8 @@ def read_sweep(path: Path) -> Sweep:
     Raises:
         RelformError: one line: what is missing or cannot be used.
     """
-    folder = path.parent if path.name == REPORT else path
-    report = read_json(folder / REPORT)
+    folder = path.parent if path.name == SWEEP_FILE else path
+    report = read_json(folder / SWEEP_FILE)
     table = folder / TABLE
     try:
         with table.open(newline="", encoding="utf-8") as stream:
@@ -59,14 +59,14 @@ def read_sweep(path: Path) -> Sweep:
         or not all(isinstance(variant, dict) and variant.keys() >= VARIANT_KEYS for variant in variants)
     ):
         keys = ", ".join(sorted(VARIANT_KEYS))
-        raise RelformError(f"{folder / REPORT}: not of a sweep: needs scenario, and variants with {keys}")
+        raise RelformError(f"{folder / SWEEP_FILE}: not of a sweep: needs scenario, and variants with {keys}")
     if not rows or not {"variant", "seed", "outcome"} <= rows[0].keys():
         raise RelformError(f"{table}: holds no runs; fly some with scripts/sweep.py")
     flown = Counter(row["variant"] for row in rows)
     for variant in variants:
         if flown[variant["name"]] != variant["runs"]:
             raise RelformError(
-                f"{table}: has {flown[variant['name']]} runs of '{variant['name']}', {REPORT} has "
+                f"{table}: has {flown[variant['name']]} runs of '{variant['name']}', {SWEEP_FILE} has "
                 f"{variant['runs']}; the command that flew them writes both again"
             )
     return Sweep(report, rows)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from relform_analysis.flight.summary import Json, Outcome
-from relform_analysis.sweep.folder import REPORT, TABLE, SweepFolder
+from relform_analysis.sweep.folder import SWEEP_FILE, TABLE, SweepFolder
 from relform_analysis.sweep.plan import Variant, load_variants, plan_runs
 from relform_analysis.sweep.session import executor_for, fly_shown, positive
 from relform_core.exit_codes import EXIT_FAILURE
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("\ninterrupted; finished runs are kept, the same command continues from there", file=sys.stderr)
         raise
     _print_report(report, Console(width=None if sys.stdout.isatty() else 160))
-    print(f"{folder.path / REPORT}, {folder.path / TABLE}")
+    print(f"{folder.path / SWEEP_FILE}, {folder.path / TABLE}")
     return 0 if any(row["outcome"] != Outcome.FAILED for row in rows) else EXIT_FAILURE
 
 

@@ -19,7 +19,7 @@ from relform_core.errors import RelformError
 from relform_core.schema import Schema
 
 TABLE = "runs.csv"
-REPORT = "sweep.json"
+SWEEP_FILE = "sweep.json"
 RUNS = "runs"
 """Folder with a file per finished run."""
 FORMAT_VERSION = 1
@@ -145,7 +145,7 @@ class SweepFolder:
             "versions": dict(versions),
         }
         write_table(self.path / TABLE, rows)
-        write_atomically(self.path / REPORT, json.dumps(report, indent=2, allow_nan=False) + "\n")
+        write_atomically(self.path / SWEEP_FILE, json.dumps(report, indent=2, allow_nan=False) + "\n")
         return report
 
     def _row_file(self, run: Run) -> Path:
