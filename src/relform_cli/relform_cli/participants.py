@@ -23,12 +23,13 @@ UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
 def discovery_ports(domain_id: int, tables: Path = Path("/proc/net")) -> set[int]:
     """UDP ports for discovery that are open on this machine: one for each participant of a domain.
 
-    Empty where the operating system has no such tables.
+    Empty where the operating system has no such tables. A table is read in pieces, and an entry is skipped if
+    another program closes a socket in between; so each is read twice.
     """
     first = PORT_BASE + PORTS_PER_DOMAIN * domain_id + FIRST_OFFSET
     candidates = range(first, first + PORTS_PER_DOMAIN - FIRST_OFFSET, PORTS_PER_PARTICIPANT)
     ports = set()
-    for name in ("udp", "udp6"):
+    for name in ("udp", "udp6", "udp", "udp6"):
         with suppress(OSError):
             for line in (tables / name).read_text().splitlines()[1:]:
                 _, local_address, *_ = line.split()
