@@ -5,7 +5,7 @@ NAME = "relform_controller"
 setup(
     name=NAME,
     version="0.1.0",
-    description="Centralised formation NMPC with real-time iteration, and the leader node that runs it.",
+    description="Centralised formation NMPC with real-time iteration, and the node that runs it.",
     maintainer="The relform developers",
     maintainer_email="maintainers@relform.dev",
     license="Apache-2.0",

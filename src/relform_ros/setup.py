@@ -5,7 +5,7 @@ NAME = "relform_ros"
 setup(
     name=NAME,
     version="0.1.0",
-    description="The ROS side of relform: message conversions, QoS profiles, lock-step and the node runner.",
+    description="The ROS side of relform: conversions, topics, pacing, parameters and the start of nodes.",
     maintainer="The relform developers",
     maintainer_email="maintainers@relform.dev",
     license="Apache-2.0",

@@ -1,1 +1,1 @@
-"""Centralised formation NMPC with real-time iteration, and the leader node that runs it."""
+"""Centralised formation NMPC with real-time iteration, and the node that runs it."""

@@ -74,7 +74,7 @@ class Roster:
 
     @classmethod
     def of(cls, config: ScenarioConfig, observers: Sequence[str] = ()) -> "Roster":
-        """Who flies a scenario: one controller commands all its vehicles."""
+        """The roster of a scenario: one controller commands all its vehicles."""
         vehicles = config.team.vehicles
         return cls(vehicles, (Controller(names.FORMATION, vehicles),), tuple(observers))
 

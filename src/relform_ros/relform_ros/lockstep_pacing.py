@@ -42,8 +42,8 @@ def configuration_of(scenario: LoadedScenario, roster: Roster) -> str:
 class LockstepPacing:
     """Waits for the ticks of the clock and for all messages of a step; implements ``Pacing``.
 
-    Of a topic whose writers report the end of their steps to this node, those messages are due in a step that
-    they report. Of any other topic the one message is due that has the stamp of the step.
+    Some writers report the end of their steps to this node: the messages that they list are due in that step.
+    On all other topics one message is due, with the stamp of the step.
 
     Raises:
         ConfigError: the node is no member of the flight.

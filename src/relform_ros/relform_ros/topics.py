@@ -35,7 +35,7 @@ from relform_ros.sensors.wire import wire
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic: who writes and who reads it, by fully qualified node name."""
+    """One topic, with its writers and readers by fully qualified node name."""
 
     name: str
     type: type[Any]
