@@ -46,7 +46,7 @@ observed by the vehicle that comes first in team order.
 """
 
 
-EstimatorName = Literal["raw"]
+EstimatorName = Literal["raw", "team"]
 """Where the start of the horizon comes from. Raw feedback takes each state from one sensor, as in the
 paper."""
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from relform_controller import compiled
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
-from relform_controller.solver import kernels
 from relform_core.errors import RelformError
 from support.problems import kernels_of, random_thrusts_of_team, simulate
 from support.scenarios import paper_scenario, team_of
@@ -71,7 +71,7 @@ def test_another_problem_is_compiled_and_the_first_one_kept(compiler: Compiler, 
 def test_another_processor_needs_other_kernels(compiler: Compiler, monkeypatch: pytest.MonkeyPatch) -> None:
     """Home folders are shared between machines, and the code is compiled for one of them."""
     kernels_of(SMALL)
-    monkeypatch.setattr(kernels, "_cpu", lambda: "another processor")
+    monkeypatch.setattr(compiled, "_cpu", lambda: "another processor")
     kernels_of(SMALL)
     assert compiler.count == 2
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 
 from relform_controller.estimation.estimator import Estimator
 from relform_controller.estimation.raw import RawEstimator
+from relform_controller.estimation.team import TeamEstimator
 from relform_core.controller_config import EstimatorName
 from relform_core.scenario_config import ScenarioConfig
 
@@ -14,7 +15,10 @@ def _raw(config: ScenarioConfig) -> Estimator:
     )
 
 
-ESTIMATORS: Mapping[EstimatorName, Callable[[ScenarioConfig], Estimator]] = {"raw": _raw}
+ESTIMATORS: Mapping[EstimatorName, Callable[[ScenarioConfig], Estimator]] = {
+    "raw": _raw,
+    "team": TeamEstimator,
+}
 
 
 def make_estimator(config: ScenarioConfig) -> Estimator:

@@ -17,6 +17,12 @@ def wrap_angle(angle: float) -> float:
     return -((math.pi - angle) % math.tau - math.pi)
 
 
+def wrap_angles(angles: Array) -> Array:
+    """The same angles in (-pi, pi] [rad]."""
+    wrapped: Array = -((math.pi - angles) % math.tau - math.pi)
+    return wrapped
+
+
 def rotation_x(roll: float) -> Array:
     """Rotation by ``roll`` [rad] about x, shape (3, 3)."""
     c, s = math.cos(roll), math.sin(roll)

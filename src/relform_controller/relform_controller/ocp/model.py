@@ -12,6 +12,9 @@ GRAVITY_I = ca.DM([0.0, 0.0, -GRAVITY])
 """g in {mi}: the rotation R_IN of eq. MPC_Dynamics2 is a yaw and leaves it unchanged [m/s^2]."""
 
 
+UNDISTURBED = ca.DM.zeros(3)
+
+
 @dataclass(frozen=True)
 class RigidBody:
     """The nominal parameters that the prediction model uses."""
@@ -88,22 +91,34 @@ def net_acceleration_I(state: ca.SX, thrusts: ca.SX, body: RigidBody) -> ca.SX:
     return GRAVITY_I + rotation_IB(state[layout.RPY]) @ force_B(thrusts) / body.mass
 
 
-def dynamics(state: ca.SX, thrusts: ca.SX, body: RigidBody) -> ca.SX:
-    """Time derivative of the state (layout.py), shape (12,)."""
+def dynamics(
+    state: ca.SX, thrusts: ca.SX, body: RigidBody, disturbance: ca.SX | ca.DM = UNDISTURBED
+) -> ca.SX:
+    """Time derivative of the state (layout.py), shape (12,).
+
+    Args:
+        disturbance: acceleration from unknown forces, in the velocity's frame [m/s^2], shape (3,).
+    """
     v_IB_I, rpy_IB, w_IB_B = state[layout.VELOCITY], state[layout.RPY], state[layout.RATE]
     inertia = ca.diag(ca.DM(body.inertia))
     return ca.vertcat(
         v_IB_I,  # eq. MPC_Dynamics1
-        net_acceleration_I(state, thrusts, body),  # eq. MPC_Dynamics2
+        net_acceleration_I(state, thrusts, body) + disturbance,  # eq. MPC_Dynamics2
         euler_rates_matrix(rpy_IB) @ w_IB_B,  # eq. MPC_Dynamics3
         ca.inv(inertia) @ (torque_B(thrusts, body) - ca.cross(w_IB_B, inertia @ w_IB_B)),  # eq. MPC_Dynamics4
     )
 
 
-def rk4_step(state: ca.SX, thrusts: ca.SX, body: RigidBody, period: float) -> ca.SX:
+def rk4_step(
+    state: ca.SX,
+    thrusts: ca.SX,
+    body: RigidBody,
+    period: float | ca.SX,
+    disturbance: ca.SX | ca.DM = UNDISTURBED,
+) -> ca.SX:
     """State one period later under constant thrusts: one step of the classical Runge-Kutta method."""
-    k1 = dynamics(state, thrusts, body)
-    k2 = dynamics(state + period / 2 * k1, thrusts, body)
-    k3 = dynamics(state + period / 2 * k2, thrusts, body)
-    k4 = dynamics(state + period * k3, thrusts, body)
+    k1 = dynamics(state, thrusts, body, disturbance)
+    k2 = dynamics(state + period / 2 * k1, thrusts, body, disturbance)
+    k3 = dynamics(state + period / 2 * k2, thrusts, body, disturbance)
+    k4 = dynamics(state + period * k3, thrusts, body, disturbance)
     return state + period / 6 * (k1 + 2 * k2 + 2 * k3 + k4)

@@ -6,6 +6,8 @@ paper calls parameters) and a `HorizonReference`. The terms of the cost are in `
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.ocp.model import RigidBody
 from relform_core.arrays import Array
@@ -30,6 +32,8 @@ class Ocp:
     thrust_max: float
     """Bounds on the thrust of each rotor [N]."""
     formation_pairs: FormationPairs
+    is_disturbed: bool = False
+    """Whether the model takes disturbances into account."""
 
     @classmethod
     def from_config(cls, config: ScenarioConfig) -> "Ocp":
@@ -45,6 +49,7 @@ class Ocp:
             thrust_min=vehicle.thrust_coefficient * vehicle.rotor_speed_min**2,
             thrust_max=vehicle.thrust_coefficient * vehicle.rotor_speed_max**2,
             formation_pairs=config.controller.formation_pairs,
+            is_disturbed=config.controller.estimator != "raw",
         )
 
     @property
@@ -74,6 +79,21 @@ class Plan:
 
 
 @dataclass(frozen=True, eq=False)
+class Disturbances:
+    """What acts on the vehicles beside the nominal model, constant over the horizon."""
+
+    acceleration_I: Array
+    """From unknown forces, in each vehicle's {mi} [m/s^2], shape (vehicle, 3)."""
+    thrust_scale: Array
+    """True thrust over nominal thrust, shape (vehicle,)."""
+
+    @property
+    def inputs(self) -> Array:
+        """As the kernels take them: acceleration, then thrust scale, shape (vehicle, 4)."""
+        return np.concatenate([self.acceleration_I, self.thrust_scale[:, None]], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
 class TeamGeometry:
     """Where the {mi} frames lie relative to each other, and the leader's in the world."""
 
@@ -85,6 +105,8 @@ class TeamGeometry:
     """Origin of the leader's {mi} in the world [m], shape (3,)."""
     yaw_NI: float
     """Yaw of the leader's {mi} in the world, unwrapped to lie near its reference [rad]."""
+    disturbances: Disturbances | None = None
+    """None: the estimator knows of none."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -138,7 +138,12 @@ class ModifiedRti:
         if self._solved is None:
             raise RuntimeError("prepare_next() needs a solve() before it")
         plan, geometry = self._solved
-        shifted = shift(plan, self._predict, self._ocp.period / self._ocp.stage)
+        disturbances = () if geometry.disturbances is None else (geometry.disturbances.inputs,)
+
+        def predict(states: Array, thrusts: Array) -> tuple[Array, ...]:
+            return self._predict(states, thrusts, *disturbances)
+
+        shifted = shift(plan, predict, self._ocp.period / self._ocp.stage)
         transformed, next_geometry = transform(shifted, geometry, self._ocp.pairs)
         self._following = transformed, next_geometry
         if self._started:

@@ -4,11 +4,13 @@ The {mi} of a vehicle moves to where its body is predicted to be one period late
 shifted guess then start at zero, as those of the next measurement do (Algorithm MRTI).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
-from relform_controller.ocp.problem import Plan, TeamGeometry
+from relform_controller.ocp.problem import Disturbances, Plan, TeamGeometry
 from relform_controller.ocp.terms.term import CompiledFunction
 from relform_core.arrays import Array
 
@@ -73,5 +75,13 @@ def transform(
         yaw_I1I2=yaw_J1J2,
         p_NI_N=geometry.p_NI_N + rotation_z(geometry.yaw_NI) @ origin[0],
         yaw_NI=geometry.yaw_NI + float(yaw[0]),
+        disturbances=_turned(geometry.disturbances, R_JI),
     )
     return Plan(states, plan.thrusts), next_geometry
+
+
+def _turned(disturbances: Disturbances | None, R_JI: Sequence[Array]) -> Disturbances | None:
+    if disturbances is None:
+        return None
+    acceleration_J = np.array([R @ a for R, a in zip(R_JI, disturbances.acceleration_I, strict=True)])
+    return Disturbances(acceleration_J, disturbances.thrust_scale)

@@ -94,9 +94,12 @@ class RealTimeIteration:
 def expand(ocp: Ocp, kernels: Kernels, guess: Plan, geometry: TeamGeometry) -> tuple[Expansion, StateMaps]:
     """The model along a guess, linearised for the terms and condensed."""
     stages = (ocp.n_vehicles, ocp.n_stages)
+    disturbances: tuple[Array, ...] = ()
+    if geometry.disturbances is not None:
+        disturbances = (np.repeat(geometry.disturbances.inputs[:, None], ocp.n_stages, axis=1),)
     following, A, B, *acceleration = (
         output.reshape(*stages, *output.shape[1:])
-        for output in kernels.vehicle_stage(guess.states[:, :-1], guess.thrusts)
+        for output in kernels.vehicle_stage(guess.states[:, :-1], guess.thrusts, *disturbances)
     )
     maps = condense(A, B, following - guess.states[:, 1:])
     net_acceleration = NetAcceleration(*(part.copy() for part in acceleration))

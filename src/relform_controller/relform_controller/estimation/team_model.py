@@ -1,0 +1,98 @@
+"""The model of the team filter, in CasADi: how one vehicle moves, and what its sensors should measure.
+
+A vehicle's state is that of eq. MPC_StateDef, but in the world frame {n}, followed by what the nominal model
+does not know: an acceleration from unknown forces, and a factor on the thrust and torque of all rotors.
+"""
+
+import casadi as ca
+
+from relform_controller.ocp import layout
+from relform_controller.ocp.model import RigidBody, force_B, rk4_step, rotation_IB
+
+DISTURBANCE = slice(12, 15)
+"""Acceleration from unknown forces in {n} [m/s^2]."""
+THRUST_SCALE = 15
+"""True thrust over nominal thrust."""
+N_FILTER_STATE = 16
+
+# Rows of what one vehicle measures of itself.
+TILT_ROWS = slice(0, 2)
+"""Roll and pitch [rad]."""
+RATE_ROWS = slice(2, 5)
+"""Angular velocity [rad/s]."""
+SPECIFIC_FORCE_ROWS = slice(5, 8)
+"""What an accelerometer measures [m/s^2]."""
+FLOW_ROWS = slice(8, 11)
+"""Velocity in the body frame, measured by optic flow [m/s]."""
+HEIGHT_ROW = 11
+"""Height above the ground [m]."""
+POSITION_ROWS = slice(12, 15)
+"""Position in {n} [m]."""
+VELOCITY_ROWS = slice(15, 18)
+"""Velocity in the body frame, measured by the localization [m/s]."""
+YAW_ROW = 18
+"""Yaw in {n} [rad]."""
+N_OWN_ROWS = 19
+N_SIGHT_ROWS = 3
+"""Range [m], azimuth and elevation [rad] of one sighting (eqs. CameraRange1, 2)."""
+
+
+def transition(body: RigidBody) -> ca.Function:
+    """(state, thrusts, duration) -> state after the duration, its Jacobian by the state (16, 16).
+
+    One step of the classical Runge-Kutta method under constant thrusts; disturbance and thrust scale stay.
+    """
+    state, thrusts, duration = _state("state"), _thrusts(), ca.SX.sym("duration")
+
+    moved = rk4_step(
+        state[: layout.N_STATE], state[THRUST_SCALE] * thrusts, body, duration, state[DISTURBANCE]
+    )
+    following = ca.vertcat(moved, state[DISTURBANCE], state[THRUST_SCALE])
+    return _with_jacobians("transition", [state, thrusts, duration], following, [state])
+
+
+def own_measurement(body: RigidBody) -> ca.Function:
+    """(state, thrusts) -> what a vehicle measures of itself (19,), its Jacobian by the state (19, 16).
+
+    The specific force is that at the end of an interval in which the rotors gave these thrusts.
+    """
+    state, thrusts = _state("state"), _thrusts()
+    R_BN = rotation_IB(state[layout.RPY]).T
+    thrust_acceleration_B = force_B(state[THRUST_SCALE] * thrusts) / body.mass
+    v_NB_B = R_BN @ state[layout.VELOCITY]
+    measured = ca.vertcat(
+        state[layout.ROLL],
+        state[layout.PITCH],
+        state[layout.RATE],
+        thrust_acceleration_B + R_BN @ state[DISTURBANCE],
+        v_NB_B,
+        state[layout.POSITION][2],
+        state[layout.POSITION],
+        v_NB_B,
+        state[layout.YAW],
+    )
+    return _with_jacobians("own_measurement", [state, thrusts], measured, [state])
+
+
+def sighting() -> ca.Function:
+    """(observer, target) -> range, azimuth, elevation (3,), its Jacobians by both states (3, 16)."""
+    observer, target = _state("observer"), _state("target")
+    R_BN = rotation_IB(observer[layout.RPY]).T
+    p_B1B2_B1 = R_BN @ (target[layout.POSITION] - observer[layout.POSITION])
+    x, y, z = ca.vertsplit(p_B1B2_B1)
+    horizontal = ca.sqrt(x**2 + y**2)
+    seen = ca.vertcat(ca.sqrt(x**2 + y**2 + z**2), ca.atan2(y, x), ca.atan2(z, horizontal))
+    return _with_jacobians("sighting", [observer, target], seen, [observer, target])
+
+
+def _state(name: str) -> ca.SX:
+    return ca.SX.sym(name, N_FILTER_STATE)
+
+
+def _thrusts() -> ca.SX:
+    return ca.SX.sym("thrusts", layout.N_INPUT)
+
+
+def _with_jacobians(name: str, inputs: list[ca.SX], output: ca.SX, by: list[ca.SX]) -> ca.Function:
+    outputs = [output, *(ca.jacobian(output, each) for each in by)]
+    return ca.Function(name, inputs, [ca.densify(each) for each in outputs])

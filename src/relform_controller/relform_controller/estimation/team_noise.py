@@ -1,0 +1,89 @@
+"""Tuning of the team filter: what the model does not know, as standard deviations."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relform_controller.estimation import team_model
+from relform_controller.estimation.team_model import N_FILTER_STATE
+from relform_controller.ocp import layout
+from relform_controller.ocp.model import RigidBody
+from relform_core.arrays import Array
+
+
+@dataclass(frozen=True)
+class ProcessNoise:
+    """Random changes per control period; they grow with the square root of time."""
+
+    velocity: float = 3e-4
+    """[m/s]."""
+    angle: float = 5e-5
+    """[rad]."""
+    rate: float = 2e-3
+    """[rad/s], beside what follows from the inertia."""
+    inertia: float = 0.06
+    """Standard deviation of the moments of inertia, relative."""
+    disturbance: float = 1e-4
+    """[m/s^2]."""
+    thrust_scale: float = 1e-6
+
+    def variances(self, thrusts: Array, duration: float, period: float, body: RigidBody) -> Array:
+        """What an interval adds to the covariance.
+
+        Args:
+            thrusts: of each rotor in the interval [N], shape (vehicle, 4).
+            duration: of the interval [s].
+            period: control period [s].
+        Returns:
+            Shape (vehicle, 16).
+        """
+        front, left, back, right = thrusts.T
+        torque = np.stack(
+            [
+                body.arm_length * (left - right),
+                body.arm_length * (back - front),
+                body.torque_per_thrust * (front - left + back - right),
+            ],
+            axis=1,
+        )
+        rate_error = self.inertia * torque * duration / np.array(body.inertia)
+        share = duration / period
+        added = np.zeros((len(thrusts), N_FILTER_STATE))
+        added[:, layout.POSITION] = (0.01 * self.velocity) ** 2 * share  # keeps the covariance definite
+        added[:, layout.VELOCITY] = self.velocity**2 * share
+        added[:, layout.RPY] = self.angle**2 * share
+        added[:, layout.RATE] = self.rate**2 * share + rate_error**2
+        added[:, team_model.DISTURBANCE] = self.disturbance**2 * share
+        added[:, team_model.THRUST_SCALE] = self.thrust_scale**2 * share
+        return added
+
+
+def per_state(
+    position: float = 0.0,
+    velocity: float = 0.0,
+    tilt: float = 0.0,
+    yaw: float = 0.0,
+    rate: float = 0.0,
+    disturbance: float = 0.0,
+    thrust_scale: float = 0.0,
+) -> Array:
+    """Standard deviations of one vehicle's state, shape (16,)."""
+    deviations = np.zeros(N_FILTER_STATE)
+    deviations[layout.POSITION] = position
+    deviations[layout.VELOCITY] = velocity
+    deviations[[layout.ROLL, layout.PITCH]] = tilt
+    deviations[layout.YAW] = yaw
+    deviations[layout.RATE] = rate
+    deviations[team_model.DISTURBANCE] = disturbance
+    deviations[team_model.THRUST_SCALE] = thrust_scale
+    return deviations
+
+
+START = per_state(
+    position=0.1, velocity=0.01, tilt=1e-3, yaw=0.1, rate=0.02, disturbance=1e-3, thrust_scale=0.012
+)
+"""Of the first belief. The vehicles hover at the start, so their velocities are small."""
+FORCE_CHANGE = per_state(disturbance=0.5, thrust_scale=0.07)
+"""Of a change of the forces on a vehicle, such as a gust or a failing rotor."""
+LOST_LINK = per_state(position=0.5, yaw=0.3)
+"""Of a vehicle of which nothing that is measured fits the belief."""

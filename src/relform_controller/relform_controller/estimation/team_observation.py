@@ -1,0 +1,87 @@
+"""Measurements of one instant as an observation of the team filter."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from relform_controller.estimation import team_model
+from relform_controller.estimation.team_filter import Observation
+from relform_controller.ocp.frames import rpy_from_quaternion
+from relform_controller.ocp.layout import ordered_pairs
+from relform_core.arrays import Array
+from relform_core.measurements import UNMEASURED_VARIANCE, Odometry
+from relform_core.sensors.imu import Imu
+from relform_core.sensors.optic_flow import OpticFlow
+from relform_core.sensors.range_bearing import RangeBearings
+from relform_core.sensors.sonar import Sonar
+
+VARIANCE_MIN = 1e-10
+"""Sensors that claim to be perfect are given this variance, so that weights stay finite."""
+
+
+class ObservationBuilder:
+    """Collects what was measured at one instant.
+
+    Args:
+        vehicles: names in team order.
+        height_std: standard deviation of a sonar, whose message has none [m].
+    """
+
+    def __init__(self, vehicles: tuple[str, ...], height_std: float) -> None:
+        self._vehicles = vehicles
+        self._pairs = {
+            (vehicles[i], vehicles[j]): pair for pair, (i, j) in enumerate(ordered_pairs(len(vehicles)))
+        }
+        self._height_variance = height_std**2
+
+    def build(self, measured: Mapping[tuple[str, str], object]) -> Observation:
+        """The observation of an instant, from its measurements by (vehicle, sensor)."""
+        n_vehicles, n_pairs = len(self._vehicles), len(self._pairs)
+        observation = Observation(
+            own=np.zeros((n_vehicles, team_model.N_OWN_ROWS)),
+            own_weights=np.zeros((n_vehicles, team_model.N_OWN_ROWS)),
+            sightings=np.zeros((n_pairs, team_model.N_SIGHT_ROWS)),
+            sighting_weights=np.zeros((n_pairs, team_model.N_SIGHT_ROWS, team_model.N_SIGHT_ROWS)),
+        )
+        for (name, _), measurement in measured.items():
+            own, weights = (
+                each[self._vehicles.index(name)] for each in (observation.own, observation.own_weights)
+            )
+            match measurement:
+                case Imu():
+                    own[team_model.TILT_ROWS] = rpy_from_quaternion(measurement.q_NB)[:2]
+                    weights[team_model.TILT_ROWS] = _weights(measurement.attitude_covariance)[:2]
+                    own[team_model.RATE_ROWS] = measurement.w_NB_B
+                    weights[team_model.RATE_ROWS] = _weights(measurement.gyro_covariance)
+                    own[team_model.SPECIFIC_FORCE_ROWS] = measurement.f_NB_B
+                    weights[team_model.SPECIFIC_FORCE_ROWS] = _weights(measurement.accelerometer_covariance)
+                case OpticFlow():
+                    own[team_model.FLOW_ROWS] = measurement.v_NB_B
+                    weights[team_model.FLOW_ROWS] = _weights(measurement.covariance)
+                case Sonar() if np.isfinite(measurement.range):
+                    own[team_model.HEIGHT_ROW] = measurement.range
+                    weights[team_model.HEIGHT_ROW] = max(self._height_variance, VARIANCE_MIN) ** -0.5
+                case Odometry():
+                    own[team_model.POSITION_ROWS] = measurement.p_NB_N
+                    weights[team_model.POSITION_ROWS] = _weights(measurement.pose_covariance)[:3]
+                    own[team_model.VELOCITY_ROWS] = measurement.v_NB_B
+                    weights[team_model.VELOCITY_ROWS] = _weights(measurement.twist_covariance)[:3]
+                    own[team_model.YAW_ROW] = rpy_from_quaternion(measurement.q_NB)[2]
+                    weights[team_model.YAW_ROW] = _weights(measurement.pose_covariance)[5]
+                case RangeBearings():
+                    for target, seen in measurement.by_target.items():
+                        pair = self._pairs[name, target]
+                        observation.sightings[pair] = seen.range, seen.azimuth, seen.elevation
+                        observation.sighting_weights[pair] = _root_of_inverse(seen.covariance)
+        return observation
+
+
+def _weights(covariance: Array) -> Array:
+    """Reciprocal standard deviations; correlations are ignored, unmeasured components get none."""
+    variances = np.diagonal(covariance)
+    return np.where(variances < UNMEASURED_VARIANCE, np.maximum(variances, VARIANCE_MIN) ** -0.5, 0.0)
+
+
+def _root_of_inverse(covariance: Array) -> Array:
+    """R^(-1/2), such that its transpose times itself is the inverse, shape (3, 3)."""
+    return np.linalg.inv(np.linalg.cholesky(covariance + VARIANCE_MIN * np.eye(len(covariance))))
