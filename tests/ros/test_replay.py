@@ -13,6 +13,7 @@ from mcap.writer import Writer
 from relform_analysis.flight.from_bag import read_flight_log
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.replay.command import DIFFERENT, EQUAL, TROUBLE, main
+from relform_analysis.replay.figure import replay_figure
 from relform_analysis.replay.from_bag import RecordedFlight, read_recorded_flight
 from relform_analysis.replay.replay import replay
 from relform_bags.reader import BagAttachment, BagMessage, bag_files, read_bag
@@ -174,7 +175,27 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     changed = ["--set", "controller.horizon_steps=12", "--plot", str(picture)]
     assert main([str(SHORT_FLIGHT), *changed]) == DIFFERENT
     assert "first other command is in step 0" in capsys.readouterr().out
-    assert picture.stat().st_size > 10_000
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_picture_shows_recorded_and_replayed_speeds_and_their_difference(recorded: RecordedFlight) -> None:
+    other = recorded.configuration.load(["controller.weights.formation_per_m2=12.0"])
+    result = replay(recorded, other)
+    axes = replay_figure(result, other.config.vehicle).axes
+    assert len(axes) == 2 * len(result.vehicles)
+    assert axes[-1].get_xlabel() == "time (s)"
+    for index, name in enumerate(result.vehicles):
+        speeds, difference = axes[2 * index : 2 * index + 2]
+        assert speeds.get_title(loc="left") == f"{name}: mean rotor speed (rpm)"
+        lines = {line.get_label(): line.get_ydata() for line in speeds.lines}
+        for label, values in (("recorded", result.recorded), ("replayed", result.replayed)):
+            expected = values[:, index].mean(axis=1) / rpm_to_rad_s(1.0)
+            np.testing.assert_allclose(lines[label], expected, err_msg=f"{name}, {label}")
+        assert difference.get_title(loc="left").startswith("replayed minus recorded")
+        (band,) = difference.collections
+        heights = band.get_paths()[0].vertices[:, 1]
+        change = result.difference[:, index] / rpm_to_rad_s(1.0)
+        np.testing.assert_allclose((heights.min(), heights.max()), (change.min(), change.max()))
 
 
 @pytest.mark.parametrize(

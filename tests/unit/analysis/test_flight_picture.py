@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
-from relform_analysis.flight.metrics import flight_metrics
-from relform_analysis.plots.flight_picture import HEIGHT_PX, WIDTH_PX, draw_flight
+from relform_analysis.flight.metrics import flight_metrics, formation_errors, leader_errors, scored_pairs
+from relform_analysis.plots.flight_picture import HEIGHT_PX, WIDTH_PX, draw_flight, flight_figure
 from relform_core.errors import FlightError
 from support.logs import odometry, perfect_builder
 from support.scenarios import paper_scenario
@@ -47,13 +48,64 @@ def test_every_part_is_drawn_however_short_the_flight(tmp_path: Path, phases: li
             assert inked(path, left, top, right, bottom) > 0.01
 
 
+def panels_of(log: FlightLog) -> dict[str, list[np.ndarray]]:
+    """What each plot over time draws as lines, by the words of its titles."""
+    panels = {}
+    for axes in flight_figure(log, flight_metrics(log)).axes[1:]:  # the first is the scene
+        title = "".join(axes.get_title(loc=place) for place in ("left", "center", "right"))
+        panels[title] = [np.asarray(line.get_ydata()) for line in axes.lines if len(line.get_ydata()) > 2]
+    return panels
+
+
+def test_plots_draw_the_flight() -> None:
+    log = perfect_builder(paper_scenario(), ["A"] * 20 + ["B"] * 10).build()
+    log.p_NB_N[15:, 1] += [0.0, 0.3, 0.4]
+    log.p_NB_N[25:, 0] += [0.1, 0.0, 0.0]
+    panels = panels_of(log)
+    pairs = scored_pairs(log.scenario.config.team)
+    np.testing.assert_array_equal(
+        panels["Formation error [m], steady state shaded"], formation_errors(log, pairs).T
+    )
+    position_error, yaw_error = leader_errors(log)
+    np.testing.assert_array_equal(panels["Leader: position error [m]"], [position_error])
+    np.testing.assert_array_equal(panels["yaw error [deg]"], [np.degrees(yaw_error)])
+    speeds = panels["Rotor speed [rpm]: mean of each vehicle, range of all, limits"]
+    np.testing.assert_allclose(speeds, log.rotor_speeds.mean(axis=-1).T * 30.0 / np.pi)
+    np.testing.assert_array_equal(panels["Solver: KKT value"], [log.solver["kkt"]])
+    np.testing.assert_allclose(panels["time per control step [ms]"], [np.full(30, 3.0)])
+
+
 def test_what_was_not_recorded_is_left_blank(tmp_path: Path) -> None:
     log = perfect_builder(paper_scenario(), ["A"] * 30).build()
     log.rotor_speeds[:] = np.nan
     for values in log.solver.values():
         values[:] = np.nan
+    blank = {
+        "Rotor speed [rpm]: mean of each vehicle, range of all, limits",
+        "Solver: KKT value",
+        "time per control step [ms]",
+    }
+    panels = panels_of(log)
+    assert blank <= panels.keys()
+    for title, lines in panels.items():
+        assert np.isnan(lines).all() == (title in blank), title
     draw_flight(log, flight_metrics(log), tmp_path / "flight.png")
-    assert size_of(tmp_path / "flight.png") == (WIDTH_PX, HEIGHT_PX)
+
+
+def test_texts_name_the_flight_its_phases_and_key_figures() -> None:
+    log = perfect_builder(paper_scenario(seed=7), ["A"] * 20 + ["B"] * 10).build()
+    figure = flight_figure(log, flight_metrics(log))
+    texts = " ".join(text.get_text() for text in figure.texts)
+    assert "3 vehicles, seed 7" in texts
+    assert "0.000 m mean formation error in steady state (the paper: less than 0.068 m)" in " ".join(
+        texts.split()
+    )
+    scene, formation, *_ = figure.axes
+    assert {"A", "B"} <= {text.get_text() for text in scene.texts} & {
+        text.get_text() for text in formation.texts
+    }
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [*log.vehicles, "leader's reference"]
 
 
 def test_flight_without_control_steps_has_no_picture(tmp_path: Path) -> None:

@@ -65,7 +65,20 @@ def test_every_figure_of_flights_of_different_length(tmp_path: Path) -> None:
     assert sorted(files) == sorted(folder / f"{name}.{kind}" for name in NAMES for kind in ("png", "pdf"))
     for file in files:
         assert file.read_bytes().startswith(b"\x89PNG" if file.suffix == ".png" else b"%PDF")
-        assert file.stat().st_size > 2_000
+
+
+def test_lines_of_a_figure_are_those_of_the_panels() -> None:
+    log = perfect_builder(paper_scenario(), ["A"] * 20 + ["B"] * 9).build()
+    log.p_NB_N[12:, 1] += [0.1, 0.0, 0.2]
+    for name, panels in flight_panels(log).items():
+        for axes, panel in zip(draw_over_time([panels], log).axes, panels, strict=True):
+            assert panel.title in (axes.get_title(loc="center"), axes.get_title(loc="right")), name
+            drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
+            for line in panel.lines:
+                np.testing.assert_allclose(
+                    drawn[line.name], line.values, err_msg=f"{panel.title}, {line.name}"
+                )
+            assert {guide.label for guide in panel.guides} <= drawn.keys()
 
 
 def test_same_flight_same_file(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from relform_analysis.evaluation.claims import of_variant
 from relform_analysis.evaluation.plan import STRUCTURES, TUNINGS, WARM_STARTS
 from relform_analysis.flight.summary import Json
-from relform_analysis.plots.flight_picture import BAND, GUIDE, TEXT
-from relform_analysis.plots.over_time import COMPARED_COLOUR, DPI, WIDTH_IN
+from relform_analysis.plots.over_time import DPI, WIDTH_IN
+from relform_analysis.plots.style import BAND, BLUE, GUIDE, TEXT, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 ROW_IN, TOP_IN, BOTTOM_IN = 0.2, 0.45, 0.55
 LABELS, COUNTS = 0.36, 0.41
 """Right ends of the titles and of the counts, as parts of the width."""
-COLOUR = "#0072B2"
 NOTE = (
     "Mean (dot) and range (line) of the completed flights, errors in steady state; dashed: everything "
     "in place.\nRed: flights were lost. Centres of vehicles that are 0.5 m apart count as a collision."
@@ -80,7 +79,7 @@ def _write_titles(figure: Figure, axes: Axes, rows: Sequence[Json | None]) -> No
     write(COUNTS, -1.0, "completed", TEXT)
     for row, variant in enumerate(rows):
         if variant is not None:
-            colour = TEXT if variant["completed"] == variant["runs"] else COMPARED_COLOUR
+            colour = TEXT if variant["completed"] == variant["runs"] else VERMILION
             write(LABELS, row, variant["title"], colour)
             write(COUNTS, row, f"{variant['completed']}/{variant['runs']}", colour)
 
@@ -92,8 +91,8 @@ def _draw_column(axes: Axes, column: Column, rows: Sequence[Json | None]) -> Non
         axes.axhline(row, color=BAND, linewidth=0.8, zorder=0)
         distribution = variant["metrics"].get(column.key)
         if distribution and distribution["mean"] is not None:
-            axes.plot([distribution["min"], distribution["max"]], [row, row], color=COLOUR, linewidth=1.0)
-            axes.plot(distribution["mean"], row, "o", color=COLOUR, markersize=3.5)
+            axes.plot([distribution["min"], distribution["max"]], [row, row], color=BLUE, linewidth=1.0)
+            axes.plot(distribution["mean"], row, "o", color=BLUE, markersize=3.5)
     complete = rows[0]["metrics"].get(column.key) if rows[0] else None
     if complete and complete["mean"] is not None:
         axes.axvline(complete["mean"], color=GUIDE, linewidth=0.8, linestyle="--", zorder=1)

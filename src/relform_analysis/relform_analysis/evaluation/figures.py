@@ -16,9 +16,10 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import follower_yaw_errors
 from relform_analysis.flight.summary import Json
 from relform_analysis.flight.view_margins import view_margins
-from relform_analysis.plots.over_time import STYLE, OtherFlights, draw_over_time, save
+from relform_analysis.plots.over_time import OtherFlights, draw_over_time, save
 from relform_analysis.plots.panels import Guide, Line, Panel, flight_panels
 from relform_analysis.plots.paper_figures import TRAJECTORIES, draw_trajectories, pair_by_pair
+from relform_analysis.plots.style import PAPER_STYLE
 from relform_core.arrays import Array
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def draw_evaluation(
         f"cold start, one SQP step ({cold['completed']} of {cold['runs']} flights completed)",
         [_solver(log) for log in logs[COLD[tuning]]],
     )
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(PAPER_STYLE):
         files = [
             file
             for name, figure in _figures(logs[tuning], of_variant(variants, tuning), without)
@@ -104,8 +105,8 @@ def _followers(log: FlightLog) -> list[Panel]:
 
     return [
         *(
-            panel(f"Yaw of {name} relative to the leader", f"vehicle-{index}", yaw)
-            for index, (name, yaw) in enumerate(zip(log.vehicles[1:], yaws, strict=True), start=1)
+            panel(f"Yaw of {log.vehicles[follower]} relative to the leader", f"vehicle-{follower}", yaw)
+            for follower, yaw in zip(log.followers, yaws, strict=True)
         ),
         panel("Least margin of the field of view of all pairs", "series-0", least),
     ]

@@ -216,17 +216,17 @@ def formation_errors(log: FlightLog, pairs: Sequence[tuple[str, str]]) -> Array:
 def leader_errors(log: FlightLog) -> tuple[Array, Array]:
     """Distance of the leader from its reference [m] and magnitude of its yaw error [rad], shape (K,) each."""
     truth = log.tick_of_step
-    position_error = np.linalg.norm(log.p_NB_N[truth, 0] - log.leader_p_NB_N__ref, axis=-1)
-    return position_error, _angle_between(yaw_of(log.q_NB[truth, 0]), log.leader_yaw__ref)
+    position_error = np.linalg.norm(log.p_NB_N[truth, log.leader] - log.leader_p_NB_N__ref, axis=-1)
+    return position_error, _angle_between(yaw_of(log.q_NB[truth, log.leader]), log.leader_yaw__ref)
 
 
 def follower_yaw_errors(log: FlightLog) -> Array:
-    """Magnitude of the yaw of each follower relative to the leader [rad], shape (K, n - 1).
+    """Magnitude of the yaw of each follower relative to the leader [rad], shape (K, followers).
 
     The paper: its followers keep the leader's yaw, too.
     """
     yaw = yaw_of(log.q_NB)[log.tick_of_step]
-    return _angle_between(yaw[:, 1:], yaw[:, :1])
+    return _angle_between(yaw[:, log.followers], yaw[:, [log.leader]])
 
 
 def tilts(q_NB: Array) -> Array:

@@ -12,31 +12,30 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import FlightMetrics, formation_errors, leader_errors, scored_pairs
 from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
 from relform_analysis.flight.phases import flown_phases, step_times
+from relform_analysis.plots.phase_marks import name_phases, shade_phases
+from relform_analysis.plots.style import (
+    BAND,
+    BLACK,
+    GUIDE,
+    PAIR_COLOURS,
+    SCREEN_STYLE,
+    SHADOW,
+    TEXT,
+    VEHICLE_COLOURS,
+    VERMILION,
+    cycled,
+)
 from relform_core.arrays import Array
 from relform_core.errors import FlightError
 from relform_core.units import NANOSECONDS_PER_SECOND, rad_s_to_rpm
 
-if TYPE_CHECKING:  # matplotlib takes a second to import, which only who draws should wait for
+if TYPE_CHECKING:  # matplotlib takes a second to import
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Colours of Okabe and Ito, which people with any colour vision can tell apart.
-VEHICLE_COLOURS = ("#222222", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-PAIR_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
-LEFT_COLOUR, RIGHT_COLOUR = "#222222", "#D55E00"
+LEFT_COLOUR, RIGHT_COLOUR = BLACK, VERMILION
 """Of the two scales of one panel."""
-TEXT, GUIDE, SHADOW, BAND = "#555555", "#8A8A8A", "#C8C8C8", "#E9E9E9"
-
 WIDTH_PX, HEIGHT_PX, DPI = 1600, 1000, 100
-STYLE = {
-    "font.size": 12.0,
-    "axes.titlesize": 13.0,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "lines.linewidth": 1.4,
-}
 SCENE = (0.06, 0.475, 0.74, 0.43)
 """Left, bottom, width and height of the 3D scene in the picture, as parts of it."""
 GRID_M = 2.0
@@ -53,32 +52,37 @@ def draw_flight(log: FlightLog, metrics: FlightMetrics, path: Path) -> None:
     if not log.phase:
         raise FlightError(f"{path}: not drawn: the flight has no control step")
     import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]  # its keys are literals
-        figure = Figure(figsize=(WIDTH_PX / DPI, HEIGHT_PX / DPI), dpi=DPI)
-        FigureCanvasAgg(figure)
-        _draw_scene(figure, log)
-        figure.text(0.02, 0.95, _title(log), fontsize=18, fontweight="bold")
-        figure.text(0.02, 0.918, _phase_titles(log), fontsize=13, color=TEXT)
-        _write_key_figures(figure, metrics)
-        grid = figure.add_gridspec(
-            2, 2, left=0.05, right=0.95, bottom=0.06, top=0.42, wspace=0.16, hspace=0.36
-        )
-        panels = [figure.add_subplot(grid[row, column]) for row in (0, 1) for column in (0, 1)]
-        draws = (_draw_formation, _draw_leader, _draw_rotors, _draw_solver)
-        for axes, draw in zip(panels, draws, strict=True):
-            draw(axes, log)
-            shade_phases(axes, log)
-        for axes in panels[:2]:
-            name_phases(axes, log)
-        for axes in panels[2:]:
-            axes.set_xlabel("time [s]")
+    with matplotlib.rc_context(SCREEN_STYLE):
+        figure = flight_figure(log, metrics)
         try:
             figure.savefig(path, format="png")
         except OSError as error:
             raise FlightError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def flight_figure(log: FlightLog, metrics: FlightMetrics) -> Figure:
+    """The picture of a flight with at least one control step."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH_PX / DPI, HEIGHT_PX / DPI), dpi=DPI)
+    FigureCanvasAgg(figure)
+    _draw_scene(figure, log)
+    figure.text(0.02, 0.95, _title(log), fontsize=18, fontweight="bold")
+    figure.text(0.02, 0.918, _phase_titles(log), fontsize=13, color=TEXT)
+    _write_key_figures(figure, metrics)
+    grid = figure.add_gridspec(2, 2, left=0.05, right=0.95, bottom=0.06, top=0.42, wspace=0.16, hspace=0.36)
+    panels = [figure.add_subplot(grid[row, column]) for row in (0, 1) for column in (0, 1)]
+    draws = (_draw_formation, _draw_leader, _draw_rotors, _draw_solver)
+    for axes, draw in zip(panels, draws, strict=True):
+        draw(axes, log)
+        shade_phases(axes, log)
+    for axes in panels[:2]:
+        name_phases(axes, log)
+    for axes in panels[2:]:
+        axes.set_xlabel("time [s]")
+    return figure
 
 
 def _title(log: FlightLog) -> str:
@@ -131,11 +135,11 @@ def _draw_scene(figure: Figure, log: FlightLog) -> None:
         [((low[0], y, 0.0), (high[0], y, 0.0)) for y in np.arange(low[1], high[1] + 0.1, GRID_M)], BAND, 1.0
     )
     axes.text(low[0], low[1], 0.0, f"grid {GRID_M:.0f} m   ", color=TEXT, ha="right", va="top")
-    axes.plot(*p_NB_N[:, 0, :2].T, 0.0, color=SHADOW, linewidth=2.5, zorder=1)
+    axes.plot(*p_NB_N[:, log.leader, :2].T, 0.0, color=SHADOW, linewidth=2.5, zorder=1)
 
     instants = np.arange(log.tick_ns[0], log.tick_ns[-1] + 1, FORMATION_EVERY_S * NANOSECONDS_PER_SECOND)
     shown = p_NB_N[np.searchsorted(log.tick_ns, instants)]
-    draw_lines([(positions[0], positions[0] * (1.0, 1.0, 0.0)) for positions in shown], SHADOW, 0.8)
+    draw_lines([(place, place * (1.0, 1.0, 0.0)) for place in shown[:, log.leader]], SHADOW, 0.8)
     draw_lines([pair for positions in shown for pair in combinations(positions, 2)], GUIDE, 1.0)
     for vehicle, name in enumerate(log.vehicles):
         colour = cycled(VEHICLE_COLOURS, vehicle)
@@ -147,7 +151,7 @@ def _draw_scene(figure: Figure, log: FlightLog) -> None:
 
     paper = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
     for phase in flown_phases(log):
-        x, y, z = p_NB_N[phase.tick_in_the_middle(log), 0]
+        x, y, z = p_NB_N[phase.tick_in_the_middle(log), log.leader]
         axes.text(
             x, y, z + 0.9, phase.name, fontsize=17, fontweight="bold", ha="center", bbox=paper, zorder=4
         )
@@ -229,24 +233,3 @@ def _right_scale(axes: Axes, title: str, pad: float = 6.0) -> Axes:
     right.tick_params(axis="y", colors=RIGHT_COLOUR)
     right.set_title(title, loc="right", color=RIGHT_COLOUR, pad=pad)
     return right
-
-
-def shade_phases(axes: Axes, log: FlightLog) -> None:
-    """Mark where phases begin, and shade their steady windows."""
-    phases = flown_phases(log)
-    for phase in phases:
-        axes.axvspan(phase.steady, phase.end, color=BAND, linewidth=0, zorder=0)
-        axes.axvline(phase.start, color=GUIDE, linewidth=0.6)
-    axes.set_xlim(phases[0].start, phases[-1].end)
-
-
-def name_phases(axes: Axes, log: FlightLog) -> None:
-    """Write the names of the phases above a plot."""
-    above = axes.get_xaxis_transform()
-    for phase in flown_phases(log):
-        axes.text(phase.middle, 1.03, phase.name, transform=above, ha="center", color=TEXT, fontweight="bold")
-
-
-def cycled(colours: tuple[str, ...], index: int) -> str:
-    """A colour of a palette, which begins again after its last."""
-    return colours[index % len(colours)]

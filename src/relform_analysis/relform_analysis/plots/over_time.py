@@ -5,26 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.phases import step_times
-from relform_analysis.plots.flight_picture import (
-    GUIDE,
-    PAIR_COLOURS,
-    TEXT,
-    VEHICLE_COLOURS,
-    cycled,
-    name_phases,
-    shade_phases,
-)
 from relform_analysis.plots.panels import Line, Panel
+from relform_analysis.plots.phase_marks import name_phases, shade_phases
+from relform_analysis.plots.style import GUIDE, LINE_COLOURS, TEXT, VERMILION, cycled
 from relform_core.arrays import Array
 from relform_core.errors import RelformError
 
-if TYPE_CHECKING:  # matplotlib takes a second to import, which only who draws should wait for
+if TYPE_CHECKING:  # matplotlib takes a second to import
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -34,23 +27,6 @@ LEFT_IN, RIGHT_IN, TOP_IN, BOTTOM_IN, TITLE_IN = 0.6, 0.1, 0.4, 0.4, 0.25
 """Margins of a figure, and between its plots."""
 NOTE_LINE_IN = 0.14
 DPI = 200
-STYLE: dict[Any, Any] = {
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.titlelocation": "right",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "legend.fontsize": 7.0,
-    "pdf.fonttype": 42,  # text stays text
-}
-COLOURS = {
-    "vehicle": VEHICLE_COLOURS,
-    "pair": PAIR_COLOURS,
-    "rotor": ("#D55E00", "#0072B2", "#009E73", "#CC79A7"),
-    "series": ("#222222", "#D55E00"),
-}
-COMPARED_COLOUR = "#D55E00"
 PHASE_NAMES_PT = 11.0
 DENSE_LINES = 3
 """More than so many lines in one plot are thin."""
@@ -99,7 +75,7 @@ def draw_over_time(
         _draw_panel(axes, panels, step_times(longest))
         if compared is not None:
             others = [run[index].lines[0].values for run in compared.runs]
-            _draw_band(axes, others, step_times(longest), panels[0], COMPARED_COLOUR, 0.9, compared.name)
+            _draw_band(axes, others, step_times(longest), panels[0], VERMILION, 0.9, compared.name)
         if panels[0].log_scale:
             _label_log_scale(axes)
         told = {panels[0].lines[0].name} if len(panels[0].lines) == 1 else set()  # by the title
@@ -226,4 +202,4 @@ def _label_log_scale(axes: Axes) -> None:
 
 def _colour(line: Line) -> str:
     palette, _, index = line.colour.partition("-")
-    return cycled(COLOURS[palette], int(index))
+    return cycled(LINE_COLOURS[palette], int(index))

@@ -50,7 +50,7 @@ class Panel:
 
 
 def pair_label(observer: str, target: str) -> str:
-    """How a pair is called: who observes whom."""
+    """Name of a pair: observer, then target."""
     return f"{observer} → {target}"
 
 
@@ -76,15 +76,14 @@ def _formation(log: FlightLog) -> list[Panel]:
 
 def _tracking(log: FlightLog) -> list[Panel]:
     position_error, yaw_error = leader_errors(log)
+    leader = f"vehicle-{log.leader % COLOURS}"
     followers = [
-        Line(name, f"vehicle-{index % COLOURS}", error)
-        for index, (name, error) in enumerate(
-            zip(log.vehicles[1:], np.degrees(follower_yaw_errors(log)).T, strict=True), start=1
-        )
+        Line(log.vehicles[follower], f"vehicle-{follower % COLOURS}", error)
+        for follower, error in zip(log.followers, np.degrees(follower_yaw_errors(log)).T, strict=True)
     ]
     return [
-        Panel("Leader position error", "m", 3, [Line("position", "vehicle-0", position_error)]),
-        Panel("Leader yaw error", "deg", 1, [Line("yaw", "vehicle-0", np.degrees(yaw_error))]),
+        Panel("Leader position error", "m", 3, [Line("position", leader, position_error)]),
+        Panel("Leader yaw error", "deg", 1, [Line("yaw", leader, np.degrees(yaw_error))]),
         Panel("Yaw of the followers relative to the leader", "deg", 1, followers),
     ]
 

@@ -12,9 +12,10 @@ import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.phases import flown_phases
-from relform_analysis.plots.flight_picture import FORMATION_EVERY_S, GUIDE, TEXT, VEHICLE_COLOURS, cycled
-from relform_analysis.plots.over_time import DPI, NOTE_LINE_IN, STYLE, WIDTH_IN, draw_over_time, save
+from relform_analysis.plots.flight_picture import FORMATION_EVERY_S
+from relform_analysis.plots.over_time import DPI, NOTE_LINE_IN, WIDTH_IN, draw_over_time, save
 from relform_analysis.plots.panels import Panel, flight_panels
+from relform_analysis.plots.style import GUIDE, PAPER_STYLE, TEXT, VEHICLE_COLOURS, cycled
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def draw_paper_figures(logs: Sequence[FlightLog], folder: Path) -> list[Path]:
     longest = max(logs, key=lambda log: len(log.phase))
     runs = [pair_by_pair(flight_panels(log)) for log in logs]
     files = []
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(PAPER_STYLE):
         for name in runs[0]:
             files += save(draw_over_time([run[name] for run in runs], longest), folder, name)
         files += save(draw_trajectories(logs), folder, TRAJECTORIES)
@@ -85,7 +86,7 @@ def draw_trajectories(logs: Sequence[FlightLog], note: str = "") -> Figure:
     axes.plot(*first.leader_p_NB_N__ref.T, **reference, label="leader's reference")
     above = {"fontweight": "bold", "ha": "center", "zorder": 5}
     for phase in flown_phases(first):
-        x, y, z = first.p_NB_N[phase.tick_in_the_middle(first), 0]
+        x, y, z = first.p_NB_N[phase.tick_in_the_middle(first), first.leader]
         axes.text(x, y, z + 0.8, phase.name, **above)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]", labelpad=8.0)

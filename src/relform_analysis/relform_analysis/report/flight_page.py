@@ -81,6 +81,7 @@ def flight_data(log: FlightLog) -> Json:
     index = {name: position for position, name in enumerate(log.vehicles)}
     return {
         "vehicles": list(log.vehicles),
+        "leader": log.leader,
         "arm": config.vehicle.arm_length,
         "period": config.controller.period,
         "claim": FORMATION_STEADY_MEAN_M,
@@ -103,7 +104,7 @@ def flight_data(log: FlightLog) -> Json:
         "attitude": pack(log.q_NB),
         "step": pack(step_times(log)),
         "reference": pack(log.leader_p_NB_N__ref),
-        "formation": pack(log.p_BB_C__ref[:, 0]),
+        "formation": pack(log.p_BB_C__ref[:, log.leader]),
         "error": pack(formation_errors(log, pairs)),
         "panels": [_panel(panel) for panels in flight_panels(log).values() for panel in panels],
     }

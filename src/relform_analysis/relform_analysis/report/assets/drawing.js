@@ -141,10 +141,11 @@ class Drawing {
     const { flight, context, colours } = this;
     const spots = [flight.reference.subarray(3 * step, 3 * step + 3)];
     if (!overview) {
-      const [forward] = poses[0].axes, yaw = Math.atan2(forward[1], forward[0]);
-      for (let vehicle = 1; vehicle < flight.count; vehicle++) {
+      const leader = flight.data.leader, { axes: [forward], position: [px, py, pz] } = poses[leader];
+      const yaw = Math.atan2(forward[1], forward[0]);
+      for (let vehicle = 0; vehicle < flight.count; vehicle++) {
+        if (vehicle === leader) continue;
         const at = 3 * (step * flight.count + vehicle), [x, y, z] = flight.formation.subarray(at, at + 3);
-        const [px, py, pz] = poses[0].position;
         spots.push([px + Math.cos(yaw) * x - Math.sin(yaw) * y, py + Math.sin(yaw) * x + Math.cos(yaw) * y, pz + z]);
       }
     }

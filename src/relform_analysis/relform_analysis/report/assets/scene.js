@@ -63,7 +63,8 @@ class Scene {
 
   fitFollow() {
     const poses = this.flight.poses(this.playback.begin);
-    const reach = Math.max(...poses.map(({ position }) => Math.hypot(...position.map((value, axis) => value - poses[0].position[axis]))));
+    const leader = poses[this.flight.data.leader].position;
+    const reach = Math.max(...poses.map(({ position }) => Math.hypot(...position.map((value, axis) => value - leader[axis]))));
     const camera = this.cameras.follow;
     camera.distance = (this.main === "follow" ? 2.4 : 2.9) * (reach + 0.6);
   }
