@@ -1,4 +1,4 @@
-"""Messages for bags, made by rosbags, which shares no code with the writer."""
+"""Messages for bags, made by rosbags, which shares no code with the writer of relform."""
 
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -108,7 +108,7 @@ def same(a: Any, b: Any) -> bool:
 
 
 def header(number: int) -> bytes:
-    """A serialized std_msgs/Header, longer the higher its number."""
+    """A serialized std_msgs/Header; its length grows with its number."""
     types = typestore().types
     stamp = types["builtin_interfaces/msg/Time"](sec=number, nanosec=7)
     message = types["std_msgs/msg/Header"](stamp=stamp, frame_id="x" * number)
@@ -116,7 +116,7 @@ def header(number: int) -> bytes:
 
 
 def write_compressed_bag(folder: Path, mode: CompressionMode, headers: Iterable[tuple[int, bytes]]) -> Path:
-    """A bag as ``ros2 bag record --compression-mode`` leaves it, of log times and serialized headers."""
+    """A bag like that of ``ros2 bag record --compression-mode``, from log times and serialized headers."""
     writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:

@@ -1,4 +1,4 @@
-"""Short flights of the simulated vehicles, to get measurements that belong together."""
+"""Short simulated flights, for consistent measurements."""
 
 import dataclasses
 import math
@@ -21,29 +21,29 @@ AGILE = (
     "{name: Q, title: turn, duration_s: 1.5, steady_from_s: 0.5, formation: wide, "
     "motion: {kind: turn, angle_deg: 90.0, turn_s: 0.5}}]"
 )
-"""Override: all that happens in the paper's scenario, in 2.5 s."""
+"""Override: all phases and events of the paper's scenario within 2.5 s."""
 
 
 def record(scenario: LoadedScenario, n_steps: int) -> tuple[list[TeamMeasurements], list[Decision]]:
-    """Fly so many control steps; what was measured, and what was decided."""
+    """Fly a number of control steps; return the measurements and the decisions."""
     steps = list(islice(simulate(scenario), n_steps))
     return [step.measurements for step in steps], [step.decision for step in steps if step.decision]
 
 
 def replay(controller: FormationController, measured: Sequence[TeamMeasurements]) -> list[Decision]:
-    """What a controller decides on measurements of an earlier flight that suffice from the first step on."""
+    """The decisions of a controller on measurements of an earlier flight, enough at every step."""
     return [decided(controller, measurements) for measurements in measured]
 
 
 def decided(controller: FormationController, measurements: TeamMeasurements) -> Decision:
-    """What a controller decides on measurements that suffice."""
+    """The decision of a controller on one step; the measurements must be enough for one."""
     decision = controller.step(measurements)
     assert isinstance(decision, Decision), decision.reason
     return decision
 
 
 def replaced(measurements: TeamMeasurements, vehicle: str, **messages: Any) -> TeamMeasurements:
-    """The same, but with other messages of one vehicle by sensor, or None for what is lost."""
+    """The same measurements with other messages of one vehicle, by sensor; None for a lost message."""
     by_vehicle = dict(measurements.by_vehicle)
     by_sensor = {**by_vehicle[vehicle].by_sensor, **{name: (message,) for name, message in messages.items()}}
     by_vehicle[vehicle] = VehicleMeasurements(

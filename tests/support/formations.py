@@ -15,10 +15,10 @@ def vee(n_vehicles: int) -> dict[str, Vector3]:
 
 
 def line_astern(n_vehicles: int) -> dict[str, Vector3]:
-    """Followers one behind the other, 1.2 m apart."""
+    """Followers in a line behind the leader, 1.2 m apart."""
     return {f"follower_{number}": (-1.2 * number, 0.0, 0.0) for number in range(1, n_vehicles)}
 
 
 def as_yaml(formation: Mapping[str, Vector3]) -> str:
-    """As an override writes it."""
+    """The value of a formation in an override."""
     return "{" + ", ".join(f"{name}: {list(place)}" for name, place in formation.items()) + "}"

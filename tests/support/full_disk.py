@@ -1,4 +1,4 @@
-"""A disk that is really full, and the report of a recorder."""
+"""A full disk, and the report of a recorder on it."""
 
 import contextlib
 import os
@@ -13,7 +13,7 @@ import pytest
 
 @contextlib.contextmanager
 def tiny_disk(folder: Path, size: str = "1m") -> Iterator[Path]:
-    """A new folder on a disk of its own; without the right to mount one, the test is skipped."""
+    """A new folder on a disk of its own; skip the test if mounting is not allowed."""
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
     if os.geteuid() != 0 or subprocess.run(mount, capture_output=True).returncode != 0:
@@ -25,7 +25,7 @@ def tiny_disk(folder: Path, size: str = "1m") -> Iterator[Path]:
 
 
 def complete_before_ns(errors: str) -> int:
-    """The log time before which a recorder says that its bag holds every message."""
+    """The log time up to which a recorder reports that its bag holds every message."""
     match = re.search(r"the bag holds every message before ([\d.]+) s", errors)
     assert match, errors
     return int(Decimal(match[1]) * 1_000_000_000)

@@ -12,7 +12,7 @@ DELAY_STEPS = 2
 
 
 class DelayedChannel(Generic[T]):
-    """Everything arrives, a fixed time after it was sent."""
+    """Delivers everything a fixed time after it was sent."""
 
     def __init__(self, delay_ns: int) -> None:
         self._delay_ns = delay_ns

@@ -1,4 +1,4 @@
-"""Flights made by hand: ground truth and decisions as the log takes them, with chosen numbers."""
+"""Logs of made-up flights: ground truth and decisions with chosen numbers."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ FORMATION = {
 def odometry(
     stamp_ns: int, position: Sequence[float], yaw_deg: float, pitch_deg: float = 7.0, roll_deg: float = -4.0
 ) -> Odometry:
-    """A true state; never level, because yaw must not depend on that."""
+    """A true state, always tilted, because yaw must not depend on tilt."""
     attitude = Rotation.from_euler("ZYX", [yaw_deg, pitch_deg, roll_deg], degrees=True)
     return Odometry(
         stamp_ns=stamp_ns,
@@ -47,7 +47,7 @@ def odometry(
 
 
 def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Decision:
-    """What the controller decides and was asked, with numbers of solver and reference changed."""
+    """A decision of the controller with its reference and solver report, and with changes."""
     speeds: Mapping[str, Sequence[float]] = changes.pop("speeds", {})
     solver = SolverReport(
         state=SolverState.STEP_LIMIT,
@@ -99,14 +99,14 @@ def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Decision:
 
 
 def _of(part: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Those changes that are fields of a part."""
+    """The changes that are fields of a part."""
     return {name: value for name, value in changes.items() if hasattr(part, name)}
 
 
 def summary_of(
     log: FlightLog, ending: Ending | None = None, versions: Mapping[str, str | None] | None = None
 ) -> Json:
-    """Content of summary.json for a flight; without an ending as far as its log tells."""
+    """Content of summary.json for a flight; without an ending, that of the log."""
     return build_summary(log.scenario, flight_metrics(log), ending or ending_from_log(log), versions or {})
 
 

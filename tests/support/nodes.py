@@ -1,4 +1,4 @@
-"""The nodes of a flight, started one by one as a user would by hand."""
+"""The nodes of a flight, started one by one, as by hand."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ HOVER = "{kind: hover, ramp_s: 0.0}"
 
 
 def short(duration_s: float) -> str:
-    """Override: the flight is a hover of so many seconds."""
+    """Override: the flight is a hover of this many seconds."""
     return (
         f"phases=[{{name: A, title: hover, duration_s: {duration_s}, steady_from_s: 0.0, "
         f"formation: initial, motion: {HOVER}}}]"
@@ -27,7 +27,7 @@ def short(duration_s: float) -> str:
 
 
 class Nodes:
-    """Processes of nodes that fly one scenario in one domain; those that still run are killed at the end."""
+    """Processes of the nodes of one scenario in one domain; those that still run at the end are killed."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class Nodes:
         return self.processes[name]
 
     def end(self, name: str, timeout_s: float = 60.0) -> tuple[int, str]:
-        """Wait for a node to end: its exit code, and what it wrote to stderr."""
+        """Wait for a node to end; return its exit code and its stderr."""
         process = self.processes[name]
         _, errors = process.communicate(timeout=timeout_s)
         return process.returncode, errors

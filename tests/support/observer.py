@@ -14,7 +14,7 @@ from rclpy.node import Node
 from relform_ros.qos import LOCKSTEP
 
 ANSWER_S = 5.0
-"""How long an answer may take."""
+"""How long to wait for an answer."""
 
 
 class Observer:
@@ -38,13 +38,13 @@ class Observer:
             observer.close()
 
     def collect(self, type_: Any, topic: str, qos: Any = LOCKSTEP) -> list[Any]:
-        """The messages of a topic, as they come in."""
+        """A list that fills with the messages of a topic."""
         messages: list[Any] = []
         self.node.create_subscription(type_, topic, messages.append, qos)
         return messages
 
     def call(self, type_: Any, service: str, request: Any) -> Any:
-        """The answer of a service, for which it waits.
+        """Call a service and wait for its answer.
 
         It asks again if need be: a server that does not know of the client yet loses its answer.
         """

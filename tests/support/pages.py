@@ -1,4 +1,4 @@
-"""Reports as tests read them: their tables, texts and data."""
+"""Reports for tests: their tables, texts and data."""
 
 import base64
 import json
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 
 class Page(HTMLParser):
-    """The tables of a page, and what its tags refer to."""
+    """The tables of a page, and the references of its tags."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -26,12 +26,12 @@ class Page(HTMLParser):
 
     @property
     def text(self) -> str:
-        """What a reader sees, in one line."""
+        """The visible text, in one line."""
         return " ".join(" ".join(self.texts).split())
 
     @property
     def data(self) -> Any:
-        """What its scripts draw."""
+        """The data that the page's scripts draw."""
         return json.loads(self.scripts[-2])
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:

@@ -1,4 +1,4 @@
-"""A client of the parameter services of one node, as ``ros2 param`` is."""
+"""A client of the parameter services of one node, like ``ros2 param``."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -25,14 +25,14 @@ class ParameterClient:
         self._node = node
 
     def set(self, parameters: Mapping[str, Any]) -> list[str]:
-        """Set one after the other: for each the reason of its refusal, or an empty text."""
+        """Set one after the other; return the reason of each refusal, or an empty text."""
         request = SetParameters.Request(parameters=_messages(parameters))
         response = self._call(SetParameters, "set_parameters", request)
         assert all(result.successful == (not result.reason) for result in response.results)
         return [result.reason for result in response.results]
 
     def set_at_once(self, parameters: Mapping[str, Any]) -> str:
-        """Set all or none: the reason of the refusal, or an empty text."""
+        """Set all or none; return the reason of the refusal, or an empty text."""
         request = SetParametersAtomically.Request(parameters=_messages(parameters))
         result = self._call(SetParametersAtomically, "set_parameters_atomically", request).result
         assert result.successful == (not result.reason)

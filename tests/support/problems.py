@@ -1,4 +1,4 @@
-"""Instances of the optimal control problem, and its residuals by another route: in the world, with SciPy."""
+"""Instances of the optimal control problem, and its residuals computed in the world with SciPy."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -20,7 +20,7 @@ from support.world import Array, random_team
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Where the {mi} frames lie in the world."""
+    """The poses of the {mi} frames in the world."""
 
     p_NI_N: Array
     """Shape (vehicle, 3)."""
@@ -28,7 +28,7 @@ class Poses:
     """Shape (vehicle,)."""
 
     def geometry(self) -> TeamGeometry:
-        """The same, as the controller knows it."""
+        """The same team as an estimate of the controller."""
         pairs = layout.ordered_pairs(len(self.yaw_NI))
         p_I1I2_I1 = [self.levelled(i).inv().apply(self.p_NI_N[j] - self.p_NI_N[i]) for i, j in pairs]
         yaw_I1I2 = [self.yaw_NI[j] - self.yaw_NI[i] for i, j in pairs]

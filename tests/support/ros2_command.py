@@ -56,7 +56,7 @@ def ask(command: str, environment: Mapping[str, str], folder: Path) -> Answer:
 
 
 def ask_all(sequences: list[list[str]], environment: Mapping[str, str], folder: Path) -> dict[str, Answer]:
-    """The answers to sequences of command lines, of which several run at once."""
+    """The answers to sequences of command lines, several of which run in parallel."""
 
     def in_turn(commands: list[str]) -> dict[str, Answer]:
         return {command: ask(command, environment, folder) for command in commands}

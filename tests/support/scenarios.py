@@ -1,4 +1,4 @@
-"""Scenarios for tests: the paper's, with changes."""
+"""Scenarios for tests: that of the paper with changes."""
 
 import math
 from pathlib import Path
@@ -21,7 +21,7 @@ NOISE_FREE = (
     "vehicle.mass_std_percent=0",
     "vehicle.inertia_std_percent=0",
 )
-"""Overrides: perfect sensors, and the nominal vehicle flies."""
+"""Overrides: perfect sensors and nominal vehicles."""
 
 WITH_BAROMETER = (
     "sensors.barometer={pressure_std_pa: 6, bias_std_pa: 50, drift_std_pa_s: 0.1, dropout_probability: 0}"
@@ -35,7 +35,7 @@ def paper_scenario(*overrides: str, seed: int = 0) -> LoadedScenario:
 
 
 def team_of(n_vehicles: int) -> tuple[str, ...]:
-    """Overrides: so many vehicles, the followers on an arc behind and below the leader."""
+    """Overrides: this many vehicles, the followers on an arc behind and below the leader."""
     followers = [f"follower_{number}" for number in range(1, n_vehicles)]
 
     def formation(radius: float) -> str:

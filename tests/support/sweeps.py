@@ -1,4 +1,4 @@
-"""Sweeps for tests: short flights, and rows without what the clock says."""
+"""Sweeps for tests: short flights, and rows without times."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ LOOSE = Variant(name="loose", title="weak formation", set=("controller.weights.f
 
 
 def short_phases(seconds: float) -> str:
-    """Override: the flight ends after so many seconds in a straight line."""
+    """Override: the flight is a straight line of this many seconds."""
     motion = "{kind: straight, speed_m_s: 1.0, ramp_s: 0.2}"
     return (
         f"phases=[{{name: B, title: short, duration_s: {seconds}, steady_from_s: 0.1, formation: initial, "
@@ -26,7 +26,7 @@ def short_runs(n_seeds: int, *overrides: str, variants: Sequence[Variant] = (BAS
 
 
 def without_times(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row without the numbers that differ from one machine, and one moment, to the next."""
+    """A row without the numbers that depend on the machine and its load."""
     return {
         key: value
         for key, value in row.items()
@@ -35,5 +35,5 @@ def without_times(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def files_of(folder: Path) -> dict[str, int]:
-    """The results in the folder of a sweep, and when each was written."""
+    """The results in the folder of a sweep, with their times of modification."""
     return {file.name: file.stat().st_mtime_ns for file in sorted((folder / "runs").glob("*.json"))}

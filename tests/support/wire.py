@@ -1,4 +1,4 @@
-"""Messages as they arrive, and values compared bit for bit."""
+"""Messages as a subscription receives them, and values for comparison bit by bit."""
 
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -8,12 +8,12 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 
 def over_the_wire(message: Any) -> Any:
-    """A message as a subscription gets it."""
+    """A message as a subscription receives it."""
     return deserialize_message(serialize_message(message), type(message))
 
 
 def bits(value: Any) -> Any:
-    """Something that is equal only if every bit is: -0.0 is not 0.0, shapes and types count."""
+    """A value that is equal only if every bit is: -0.0 differs from 0.0, and shapes and types count."""
     match value:
         case np.ndarray():
             return value.dtype.str, value.shape, value.tobytes()

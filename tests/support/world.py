@@ -1,4 +1,4 @@
-"""A true team in the world, and what it measures: by SciPy's rotations, independently of the packages."""
+"""A true team in the world and its measurements, computed with SciPy, independently of the packages."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -72,7 +72,7 @@ def relative_position_C(observer: TrueVehicle, target: TrueVehicle) -> Array:
 
 
 def sight(observer: TrueVehicle, target: TrueVehicle, name: str, noise: Array | None = None) -> RangeBearing:
-    """What one vehicle sees of another; noise: standard normal draws of range, azimuth, elevation."""
+    """The measurement of one vehicle by another; noise: standard normal draws for its three numbers."""
     x, y, z = observer.attitude.inv().apply(target.p_NB_N - observer.p_NB_N)
     distance, azimuth = float(np.linalg.norm([x, y, z])), float(np.arctan2(y, x))
     elevation = float(np.arcsin(z / distance))
