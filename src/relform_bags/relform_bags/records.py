@@ -31,8 +31,18 @@ MESSAGES_COMPRESSED = (
     "messages compressed one by one (rosbag2 compression mode message) cannot be read; "
     "convert the bag with ros2 bag convert"
 )
-TORN = (McapError, CRCValidationError, ZstdError, struct.error, LookupError, RuntimeError, ValueError)
-"""What reading a damaged record raises, in the mcap library, lz4 (RuntimeError) or here."""
+TORN = (
+    McapError,
+    CRCValidationError,
+    ZstdError,
+    struct.error,
+    LookupError,
+    MemoryError,
+    OverflowError,
+    RuntimeError,
+    ValueError,
+)
+"""What reading a damaged record raises, here, in the mcap library or in lz4 (RuntimeError)."""
 
 DataRecord = Schema | Channel | Message
 

@@ -94,6 +94,19 @@ def by_time(found: list[Any]) -> list[Any]:
     return sorted(found, key=lambda entry: entry.log_time_ns)
 
 
+@pytest.mark.parametrize("length", [2**63, 2**64 - 1])
+def test_damaged_length_of_a_chunk_ends_the_reading(
+    complete: Complete, tmp_path_factory: pytest.TempPathFactory, length: int
+) -> None:
+    folder = tmp_path_factory.mktemp("damaged")
+    path = folder / "bag_0.mcap"
+    head, name, rest = complete.content.partition(b"\x04\x00\x00\x00zstd")
+    path.write_bytes(head + name + length.to_bytes(8, "little") + rest[8:])
+    assert messages(path) == []
+    with contextlib.suppress(BagError):
+        recover_bag(folder)
+
+
 @settings(max_examples=50)
 @given(position=st.floats(0.0, 1.0), garbage=st.binary(min_size=1, max_size=40))
 def test_damage_raises_only_bag_errors(
