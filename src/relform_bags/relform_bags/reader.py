@@ -132,20 +132,23 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> Iterator[BagA
 
 
 def read_attachments(path: Path) -> dict[str, str]:
-    """The texts that are kept in a bag, by name, up to where its first file ends or is damaged.
+    """The texts that are attached to a bag, by name, up to the end of its first file or its first damage.
 
     Args:
         path: one file, the bag's folder or the folder of a run.
     Raises:
-        BagError: there is no bag, it cannot be read, or is not MCAP.
+        BagError: see ``read_bag``.
     """
-    first = bag_files(path)[0]  # every file of a split bag has them
+    first = bag_files(path)[0]  # every file of a split bag repeats the attachments
     texts: dict[str, str] = {}
+    has_message = False
     with read_errors(first), first.open("rb") as stream:
         for record in raw_records(stream, first):
             if record.opcode == Opcode.ATTACHMENT:
                 for attachment in _text_attachment(Attachment.read(record.stream)):
                     texts[attachment.name] = attachment.text
+            elif not has_message:  # the first message shows whether all are compressed
+                has_message = any(isinstance(entry, Message) for entry in data_records(record))
     return texts
 
 
