@@ -145,6 +145,7 @@ class Flight:
         return self._supervisor.start(node, [*command, *arguments], dies_by)
 
     def _watch_flight(self, display: FlightDisplay, store: MessageStore) -> None:
+        self._interruption.check()
         # Imported here, while the nodes start, because importing ROS takes as long.
         from relform_bringup.nodes.monitor import monitoring
 
