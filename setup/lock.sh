@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Pins requirements*.in for every supported Python at once; what is pinned already stays, unless --upgrade is given.
+# Pins requirements*.in for every supported Python together; existing pins stay, unless --upgrade is given.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 for name in requirements requirements-dev; do

@@ -1,9 +1,8 @@
-"""Makes the virtual environment's Python see this workspace, whatever the shell has sourced.
+"""Lets the Python of the virtual environment find this workspace, whatever the shell has sourced.
 
-`make setup` puts this file into the environment's site-packages, beside a .pth file that imports it whenever
-that Python starts. It does what sourcing `install/setup.bash` does for a shell. The dynamic linker reads
-LD_LIBRARY_PATH only when a process begins, so Python starts itself once more where the inherited environment
-is not the right one.
+`make setup` puts this file into the site-packages of the environment, beside a .pth file that imports it
+whenever that Python starts. It does what `source install/setup.bash` does for a shell. The dynamic linker
+reads LD_LIBRARY_PATH only when a process begins, so Python restarts itself if the inherited one differs.
 """
 
 import os
@@ -12,7 +11,7 @@ from pathlib import Path
 
 WORKSPACE = Path(sys.prefix).parent
 SITE_PACKAGES = Path(__file__).parent
-RESTARTED_AS = "_RELFORM_RESTARTED_AS"  # holds the process id, which survives exec: nobody restarts twice
+RESTARTED_AS = "_RELFORM_RESTARTED_AS"  # holds the process id, which survives exec: no process restarts twice
 
 
 def entries(variable: str) -> list[str]:
@@ -20,7 +19,7 @@ def entries(variable: str) -> list[str]:
 
 
 def foreign_ros() -> list[Path]:
-    """Prefixes of other ROS installations that were sourced: theirs and our rclpy do not mix."""
+    """Prefixes of other ROS installations that were sourced; their rclpy does not work with our Python."""
     marker = "share/ament_index/resource_index/packages/rclpy"
     return [
         Path(entry)
@@ -63,8 +62,8 @@ def activate() -> None:
     sys.path[:0] = [str(path) for path in [*packages, *messages]]
     sys.path.extend(str(path) for path in metadata)
 
-    # The wheels' own start-up hook would restart Python as well, unless this variable says that it has.
-    # It must not stay: children may run the Python of another environment.
+    # The start-up hook of the wheels would restart Python too, unless this variable is set.
+    # It must not stay set: child processes may run the Python of another environment.
     os.environ["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"
     import ros_wheels_bootstrapper  # noqa: F401  (for the effect of importing it, here none)
 

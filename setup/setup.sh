@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
-# Makes the workspace ready to use: a virtual environment in .venv with everything that requirements*.txt pin, and the
-# packages under src/ built into install/. Does only what is not done yet, so it may run before everything else, and
-# may be interrupted at any time. `PYTHON=python3.12 make setup` chooses the interpreter.
+# Makes the workspace ready to use: a virtual environment in .venv with all packages that requirements*.txt pin, and the
+# packages of src/ built into install/. It does only what is missing, so it may run before everything else, and may be
+# interrupted at any time. `PYTHON=python3.12 make setup` chooses the interpreter.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 ROOT=$(pwd -P)
 LOG=log/setup.log
 readonly ROOT LOG
 
-# Nothing of another ROS, another environment or the calling make may leak into the build.
+# The build inherits nothing from another ROS, another environment or the calling make.
 unset PYTHONPATH PYTHONHOME VIRTUAL_ENV CONDA_PREFIX LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
 unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH COLCON_CURRENT_PREFIX MAKELEVEL MFLAGS
-# Nor the environment that is to be made, where install/setup.bash was sourced.
+# Nor from the environment that this script makes, if install/setup.bash was sourced.
 PATH=:$PATH:
 PATH=${PATH//":$ROOT/.venv/bin:"/:}
 PATH=${PATH#:}
@@ -22,7 +22,7 @@ fail() {
     exit 1
 }
 
-# stage <what the user reads> <command...>: one line with the time taken, the output goes to the log.
+# stage <title> <command...>: run a command, print one line with its time, and append its output to the log.
 stage() {
     local name=$1 start=$SECONDS status=0
     shift
@@ -40,12 +40,12 @@ stage() {
     if ((status != 0)); then
         printf 'failed\n'
         tail -n 30 "$LOG" >&2
-        fail "\"$name\" failed; the end of $LOG is above. After mending the cause, run make setup again."
+        fail "\"$name\" failed; the end of $LOG is above. Correct the cause and run make setup again."
     fi
     printf '%d s\n' $((SECONDS - start))
 }
 
-# One line that changes when the workspace moves or any of the given files (or folders) changes.
+# One line that changes when the workspace moves, or when one of the given files or folders changes.
 fingerprint() {
     { echo "$ROOT"; find "$@" -type f -print0 | sort -z | xargs -0 sha256sum; } | sha256sum
 }
@@ -55,10 +55,12 @@ environment_fingerprint() {
     fingerprint requirements.txt requirements-dev.txt setup
 }
 
-# Python sources are linked, not copied: only what describes a Python package calls for building it again.
+# Python sources and configuration files are linked, not copied: a Python package is built again when its description
+# changes, or when a configuration file is added or removed.
 package_fingerprint() {
     if [[ -e src/$1/setup.py ]]; then
         cat .venv/.stamp
+        [[ ! -e src/$1/config ]] || find -L "src/$1/config" -type f | sort
         fingerprint "src/$1"/{package.xml,setup.py,setup.cfg,resource}
     else
         cat .venv/.stamp
@@ -103,10 +105,10 @@ check_system() {
 }
 
 create_environment() {
-    rm -f .venv/.stamp # first, lest an interruption leaves it in half a folder
+    rm -f .venv/.stamp # first: after an interruption, no stamp may be left in an incomplete folder
     rm -rf .venv build install
     "$1" -m venv .venv
-    # uv installs these wheels in a sixth of pip's time; whatever keeps it from working here, pip does it as well.
+    # uv installs these wheels in a sixth of pip's time; if it fails, pip installs them.
     .venv/bin/python -m pip install --disable-pip-version-check -c requirements-dev.txt uv || true
     .venv/bin/python -m uv pip install --python .venv/bin/python \
         --system-certs --compile-bytecode -r requirements.txt -r requirements-dev.txt ||
@@ -119,12 +121,12 @@ create_environment() {
     cp setup/relform_workspace.py "$site_packages/"
     [[ -e .venv/bin/ros2 ]] || cp setup/ros2 .venv/bin/
     .venv/bin/register-python-argcomplete ros2 >.venv/ros2-completion.sh
-    # The underscore sorts it before the wheels' own .pth file.
+    # The underscore sorts it before the .pth file of the wheels.
     echo 'import relform_workspace' >"$site_packages/_relform_workspace.pth"
 }
 
-# setuptools names the interpreter by its absolute path, which the kernel does not understand when it is long or has a
-# space in it. This head, at once sh and Python, does without, and survives a move of the folder.
+# setuptools names the interpreter by its absolute path, which the kernel does not accept if it is long or has a space.
+# This head, valid as sh and as Python, finds the interpreter by a relative path, so the folder may move.
 write_interpreter_line() {
     local rest
     rest=$(sed '1{/^#!.*python/d}' "$1")
@@ -147,8 +149,8 @@ build_packages() {
     done
     .venv/bin/python -m colcon build --base-paths src --packages-select "$@" --symlink-install \
         --cmake-args "-DCMAKE_PROJECT_INCLUDE=$ROOT/setup/ros_wheels_fix.cmake"
-    # The scripts that people source: colcon leaves two paths unquoted; and they ask Python which variables lack our
-    # folders, so it must be Python without relform_workspace.py, where none lacks any (-S).
+    # The scripts that users source: colcon does not quote two paths. The scripts also ask Python which variables lack our
+    # folders. It must start without relform_workspace.py (-S), which adds them.
     sed -i 's|(\$_colcon_python_executable |("$_colcon_python_executable" -S |' install/local_setup.*sh
     sed -i 's|^\(_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX\)=\([^"]*\)$|\1="\2"|' install/setup.sh
     for package in "$@"; do
@@ -159,8 +161,8 @@ build_packages() {
     done
 }
 
-trap 'printf "\nsetup: interrupted; the next run goes on from here.\n" >&2; exit 130' INT
-# Two at a time would step on each other; the second waits, and then finds everything done.
+trap 'printf "\nsetup: interrupted; the next run continues from here.\n" >&2; exit 130' INT
+# Only one set-up runs in a folder; a second waits, and then has nothing to do.
 exec 9<setup/setup.sh
 flock --nonblock 9 || {
     echo "setup: waiting for another set-up of this folder"
