@@ -1,4 +1,4 @@
-"""The paper's evaluation with short flights: every file is there, and it goes on where it was."""
+"""The paper's evaluation with short flights: every file is written, and a second run resumes."""
 
 import csv
 import json
@@ -100,7 +100,7 @@ def test_ablations_are_flown_as_often_as_the_paper_flew() -> None:
     }  # fmt: skip
 
 
-def test_variants_that_do_not_suffice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_variants_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(ConfigError, match="the variants lack 'full', which the evaluation needs"):
         plan_evaluation(PAPER, (BASE,), few=1, many=1)
     file = tmp_path / "variants.yaml"
@@ -110,7 +110,7 @@ def test_variants_that_do_not_suffice(tmp_path: Path, capsys: pytest.CaptureFixt
     assert capsys.readouterr().err == expected
 
 
-def test_targets_that_are_kept_and_that_are_missed() -> None:
+def test_missed_targets_are_listed() -> None:
     assert unkept(statistics(), TEAM) == []
     lost = statistics() | {"completed": 48}
     assert unkept(lost, TEAM) == ["2 of 50 flights not completed"]
@@ -121,9 +121,9 @@ def test_targets_that_are_kept_and_that_are_missed() -> None:
         TEAM,
     )
     assert found == [
-        "formation error, steady, mean: not known",
-        "rotor speed, standard deviation: 650.5 rpm, at most 650 is wanted",
-        "steps with a rotor at its limit: 5.01 %, at most 5 is wanted",
+        "formation error, steady, mean: unknown",
+        "rotor speed, standard deviation: 650.5 rpm, must be at most 650",
+        "steps with a rotor at its limit: 5.01 %, must be at most 5",
     ]
     one_pair = unkept(statistics(**{"pairs.follower_2.follower_1.steady_mean_m": 0.0751}), TEAM)
     assert [re.sub(r":.*", "", line) for line in one_pair] == ["follower_2 to follower_1"]

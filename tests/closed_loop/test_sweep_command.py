@@ -42,7 +42,7 @@ def wait_for_files(sweep: subprocess.Popen[str], out: Path, number: int) -> None
 
 
 @pytest.mark.parametrize(("how", "exit_code"), [(signal.SIGINT, 130), (signal.SIGKILL, -signal.SIGKILL)])
-def test_an_interrupted_sweep_goes_on(tmp_path: Path, how: signal.Signals, exit_code: int) -> None:
+def test_an_interrupted_sweep_continues(tmp_path: Path, how: signal.Signals, exit_code: int) -> None:
     command = arguments(tmp_path, 40)
     with started(*command) as sweep:
         wait_for_files(sweep, tmp_path, 3)
@@ -114,7 +114,7 @@ def test_cluster_local_processes_and_this_one_fly_the_same(tmp_path: Path) -> No
     assert len({row["steady_mean_m"] for row in expected}) == len(runs)
 
 
-def test_a_cluster_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_cluster(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
     for address in ("nonsense", "tcp://127.0.0.1:9"):
         assert main(arguments(tmp_path, 1, "--scheduler", address)) == 2

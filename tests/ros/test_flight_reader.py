@@ -1,4 +1,4 @@
-"""Flights from bags that are not what they should be: one line that names the bag and what is wrong."""
+"""Flight logs from bags: decoding, configuration, and one-line errors for unusable bags."""
 
 from pathlib import Path
 from typing import Any
@@ -81,7 +81,7 @@ def test_a_small_flight(tmp_path: Path) -> None:
     assert np.isnan(log.rotor_speeds).all()
 
 
-def test_what_there_is_of_a_bag_that_was_cut_off(tmp_path: Path) -> None:
+def test_log_of_a_bag_that_was_cut_off(tmp_path: Path) -> None:
     writer = write(tmp_path / "bag")
     content = writer.file.read_bytes()  # the recorder was killed here
     for share in (0.95, 0.7):
@@ -188,7 +188,7 @@ def test_configuration_that_does_not_fit(tmp_path: Path, text: str, expected: st
     assert expected in error
 
 
-def test_file_that_is_no_bag(tmp_path: Path) -> None:
+def test_file_that_is_not_a_bag(tmp_path: Path) -> None:
     path = tmp_path / "bag_0.mcap"
     path.write_text("something else")
     assert error_of(path) == f"{path}: not an MCAP file"

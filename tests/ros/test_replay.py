@@ -1,4 +1,4 @@
-"""Counterfactual replay: recorded measurements into the controller of today."""
+"""Counterfactual replay: recorded measurements fed to today's controller."""
 
 import subprocess
 import sys
@@ -53,7 +53,7 @@ def test_two_replays_are_equal_bit_for_bit(recorded: RecordedFlight) -> None:
     assert np.array_equal(first.replayed, second.replayed)
 
 
-def test_another_controller_decides_otherwise(recorded: RecordedFlight) -> None:
+def test_another_controller_decides_differently(recorded: RecordedFlight) -> None:
     overrides = ["controller.weights.formation_per_m2=12.0"]
     other = recorded.configuration.load(overrides)
     result = replay(recorded, other)
@@ -134,7 +134,7 @@ def test_bag_in_wall_time_and_without_attachments(recorded: RecordedFlight, tmp_
         ),
     ],
 )
-def test_a_lost_message_ends_the_replay_and_is_named(
+def test_replay_ends_at_a_lost_message_and_names_it(
     tmp_path: Path, lost: tuple[str, int], steps: int, gap: str
 ) -> None:
     flight = read_recorded_flight(without(tmp_path / "bag", lambda topic, step: (topic, step) == lost))
@@ -174,7 +174,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     picture = tmp_path / "difference.png"
     changed = ["--set", "controller.horizon_steps=12", "--plot", str(picture)]
     assert main([str(SHORT_FLIGHT), *changed]) == DIFFERENT
-    assert "first other command is in step 0" in capsys.readouterr().out
+    assert "first command that differs is in step 0" in capsys.readouterr().out
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
@@ -216,7 +216,7 @@ def test_bad_input_is_one_line(
 
 
 def test_a_fresh_recording_replays_bit_for_bit(tmp_path: Path) -> None:
-    """On the machine that recorded it, an unchanged controller gives every command again."""
+    """On the machine that recorded it, an unchanged controller repeats every command."""
     scenario, run = SHORT_FLIGHT.with_suffix(".yaml"), tmp_path / "run"
     command = [sys.executable, "scripts/fly.py", "--scenario", str(scenario), "--out", str(run)]
     subprocess.run(command, cwd=WORKSPACE, check=True, capture_output=True)

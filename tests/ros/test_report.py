@@ -69,11 +69,11 @@ def test_bag_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = write_bag(tmp_path / "bag")
     assert main([str(file), "--no-figures"]) == 0
     report = file.parent / "report.html"
-    told = capsys.readouterr()
-    assert told.out == f"{report}\n"
+    output = capsys.readouterr()
+    assert output.out == f"{report}\n"
     page = Page(report.read_text())
     lacking = ", ".join((*(f"/{vehicle}/rotor_speeds" for vehicle in VEHICLES), "/formation/solver"))
-    assert told.err == f"{file}: no message on {lacking}; left blank in the report\n"
+    assert output.err == f"{file}: no message on {lacking}; left blank in the report\n"
     assert f"Not recorded: {lacking}" in page.text
     assert "The recording ends after 30 of 540 control steps." in page.text
     assert page.tables["versions"] == [["relform", "7.8.9"]]
@@ -82,7 +82,7 @@ def test_bag_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert rows["leader position error, steady, mean"] == "0.030 m"
 
 
-def test_run_tells_how_it_ended_and_has_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_report_of_a_run_has_ending_and_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_bag(tmp_path / "run/bag")
     summary = {
         "outcome": "failed",

@@ -1,4 +1,4 @@
-"""How fast it is: what an SQP step costs, and how much faster than real time a flight without ROS is."""
+"""Benchmark: the time of an SQP step, and the real-time factor of a flight without ROS."""
 
 import time
 from collections.abc import Sequence
@@ -19,11 +19,11 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 
 @dataclass(frozen=True)
 class Timed:
-    """A flight, and what it took."""
+    """A flight, and the time that it took."""
 
     log: FlightLog
     cpu_time: float
-    """Of this process [s]; other processes do not count."""
+    """CPU time of this process [s]."""
 
     @property
     def flown(self) -> float:
@@ -32,7 +32,7 @@ class Timed:
 
     @property
     def realtime_factor(self) -> float:
-        """On one core that it has for itself."""
+        """Real-time factor on an otherwise idle core."""
         return self.flown / self.cpu_time
 
 
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE")
     options = parser.parse_args(arguments)
     scenario = load_scenario(options.scenario, options.overrides)
-    fly_in_process(scenario)  # not measured: it may have to compile
+    fly_in_process(scenario)  # not measured, because it may have to compile
     flights = [_timed(scenario.with_seed(seed)) for seed in range(1, 1 + options.flights)]
     Console().print(_table(scenario, flights))
     return 0

@@ -1,4 +1,4 @@
-"""The benchmark runs and tells every number; how fast it is depends on the machine and is not tested."""
+"""The benchmark prints every number; their values depend on the machine and are not tested."""
 
 import re
 
@@ -28,6 +28,6 @@ def test_every_number_of_short_flights(capsys: pytest.CaptureFixture[str]) -> No
     assert factor == pytest.approx(1.0 / cpu_time, rel=0.2)
 
 
-def test_a_key_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_key(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--scenario", str(PAPER), "--set", "controller.wings=2"]) == 2
     assert capsys.readouterr().err == "error: --set controller.wings: unknown key\n"

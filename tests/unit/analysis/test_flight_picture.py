@@ -1,4 +1,4 @@
-"""The picture of a flight: drawn for every flight, however short, in time, and with what belongs into it."""
+"""The picture of a flight: its lines, texts and parts, also of short flights."""
 
 import os
 import re

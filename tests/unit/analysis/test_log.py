@@ -49,7 +49,7 @@ def test_what_is_missing_is_nan() -> None:
     assert np.isnan(log.p_BB_C__est).all()
 
 
-def test_says_what_it_lacks() -> None:
+def test_missing_parts_are_named() -> None:
     builder = FlightLogBuilder(paper_scenario())
     assert builder.missing() == "there is no message on /leader/ground_truth"
     for vehicle in ("leader", "follower_1", "follower_2"):

@@ -22,7 +22,7 @@ from support.scenarios import paper_scenario
 
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fewer pixels, drawn sooner."""
+    """Fewer pixels, which are drawn faster."""
     for module in (paper_figures, paper_plot):
         monkeypatch.setattr(module, "DPI", 40)
 
@@ -30,7 +30,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 NAMES = ("formation_errors", "tracking_errors", "rotor_speeds", "solver", "trajectories_3d")
 
 
-def test_mean_and_deviation_over_those_that_got_there() -> None:
+def test_mean_and_deviation_over_the_flights_that_reached_a_step() -> None:
     mean, deviation = over_runs([np.array([1.0, 2.0, np.nan, 8.0]), np.array([3.0, 2.0, np.nan])])
     np.testing.assert_array_equal(mean, [2.0, 2.0, np.nan, 8.0])
     np.testing.assert_array_equal(deviation, [np.sqrt(2.0), 0.0, np.nan, np.nan])  # of a sample

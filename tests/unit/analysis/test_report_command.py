@@ -1,4 +1,4 @@
-"""scripts/report.py on what it cannot use: one line, and an exit code that is not zero."""
+"""The report command on unusable input: one line, and exit code 2."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ def error_of(capsys: pytest.CaptureFixture[str], *arguments: Path | str) -> str:
     return output.err.removeprefix("error: ").rstrip()
 
 
-def test_path_that_leads_nowhere(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_path(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "nowhere"
     assert error_of(capsys, path) == f"{path}: no such file or folder"
 
@@ -31,7 +31,7 @@ def test_empty_folder_is_neither_flight_nor_sweep(tmp_path: Path, capsys: pytest
 def test_sweep_that_was_interrupted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "runs").mkdir()
     assert error_of(capsys, tmp_path).endswith(
-        "no sweep: there is no sweep.json in it; the command that flew its runs goes on, and writes one"
+        "; run the command of the sweep again, it continues and writes one"
     )
 
 

@@ -1,4 +1,4 @@
-"""The report of a flight: numbers of the metrics, data of the log, and nothing that leads out of the file."""
+"""The report of a flight: numbers of the metrics, data of the log, and no link to another file."""
 
 import os
 import re
@@ -32,7 +32,7 @@ from support.scenarios import paper_scenario
 COMPLETED = Ending(Outcome.COMPLETED, reason=None, wall_time=5.0, flown=27.0)
 PHASES = ["A"] * 20 + ["B"] * 70
 ERRORS = {"follower_1": (0.03, 0.04, 0.0), "follower_2": (0.0, 0.0, 0.12), "leader": (0.0, 0.2, 0.0)}
-"""By which each vehicle is off its place in the second half of the flight [m]."""
+"""Position error of each vehicle in the second half of the flight [m]."""
 
 
 def flight(*overrides: str) -> FlightLog:
@@ -56,7 +56,7 @@ def page(log: FlightLog) -> Page:
 
 
 @pytest.mark.parametrize("shape", [(0,), (5,), (4, 3), (2, 3, 4)])
-def test_packed_arrays_come_back_in_single_precision(shape: tuple[int, ...]) -> None:
+def test_packed_arrays_unpack_to_single_precision(shape: tuple[int, ...]) -> None:
     values = np.random.default_rng(1).normal(size=shape) * 1e3
     values.ravel()[:1] = np.nan
     packed = pack(values.T)  # not contiguous
@@ -145,13 +145,13 @@ def test_numbers_that_break_the_papers_bounds_are_marked(page: Page) -> None:
     assert missed == [steady]
 
 
-def test_configuration_and_software_are_in_it(log: FlightLog, page: Page) -> None:
+def test_report_holds_configuration_and_software(log: FlightLog, page: Page) -> None:
     assert "mass_kg: 0.716" in page.text
     assert page.tables["versions"] == [["relform", "0.1.0"], ["git_commit", "not installed"]]
     assert "3 vehicles · scenario paper · seed 7 · 27.0 s flown" in page.text
 
 
-def test_nothing_leads_out_of_the_file(page: Page) -> None:
+def test_report_refers_to_no_other_file(page: Page) -> None:
     assert all(reference.startswith("data:") for reference in page.references)
     style = page.html.partition("<style>")[2].partition("</style>")[0]
     assert "url(" not in style
@@ -161,7 +161,7 @@ def test_nothing_leads_out_of_the_file(page: Page) -> None:
     assert len(page.html) < 500_000
 
 
-def test_texts_of_a_scenario_are_texts() -> None:
+def test_texts_of_a_scenario_are_escaped() -> None:
     title = "</script><script>alert(1)</script> & <b>"
     log = flight(f'title="{title}"')
     page = Page(flight_page(log, summary_of(log, COMPLETED, {"<i>": "&amp;"})))
@@ -170,7 +170,7 @@ def test_texts_of_a_scenario_are_texts() -> None:
     assert page.tables["versions"] == [["<i>", "&amp;"]]
 
 
-def test_fault_is_told_first() -> None:
+def test_fault_is_named_at_the_top() -> None:
     builder = perfect_builder(paper_scenario(), ["A"] * 5)
     builder.add_fault(200_000_000, "follower_1", "follower_1 collided with leader")
     log = builder.build()
@@ -181,7 +181,7 @@ def test_fault_is_told_first() -> None:
     assert page.text.index("did not complete") < page.text.index("Beside the paper")
 
 
-def test_recording_that_ends_early_says_so() -> None:
+def test_report_names_the_early_end_of_a_recording() -> None:
     log = perfect_builder(paper_scenario(), PHASES).build()
     ending = ending_from_log(log)
     assert ending.outcome is Outcome.INTERRUPTED
@@ -207,9 +207,7 @@ def test_events_and_changes_are_in_the_configuration_with_their_times() -> None:
     assert page.tables["interventions"][2] == [
         "1.00 s", "/formation/controller", "set: weights.formation_per_m2 = 12",
     ]  # fmt: skip
-    assert (
-        "changed in flight, as the table says: saved as a file, it does not fly the same flight" in page.text
-    )
+    assert "changed in flight, see the table: saved as a file, it does not fly the same flight" in page.text
     assert "that flies the same flight" not in page.text
 
 
@@ -261,7 +259,7 @@ def test_same_flight_same_report(tmp_path: Path, log: FlightLog) -> None:
     assert sorted(tmp_path.iterdir()) == paths
 
 
-def test_neither_matplotlib_nor_casadi_is_waited_for() -> None:
+def test_importing_the_command_loads_neither_matplotlib_nor_casadi() -> None:
     code = (
         "import relform_analysis.report.command, sys; "
         "sys.exit(bool({'matplotlib', 'casadi', 'scipy.stats', 'rclpy'} & set(sys.modules)))"

@@ -42,7 +42,7 @@ def rows_of(variant: str, mean: float) -> list[dict[str, Any]]:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Of a sweep over two variants, one of whose flights is lost."""
+    """The folder of a sweep over two variants, with one lost flight."""
     rows = [*rows_of("plain", 0.05), *rows_of("bold", 0.3)]
     lost = rows[5 + 2]
     lost.update(LOST, steady_mean_m=9.0, realtime_factor=None)
@@ -74,7 +74,7 @@ def test_dots_are_the_completed_flights(folder: Path) -> None:
     assert number["claim"] == 0.068
 
 
-def test_variant_may_be_called_by_a_number(folder: Path) -> None:
+def test_name_of_a_variant_may_be_a_number(folder: Path) -> None:
     for name in ("sweep.json", "runs.csv"):
         (folder / name).write_text((folder / name).read_text().replace("plain", "20"))
     first, _ = Page(sweep_page(read_sweep(folder))).data["numbers"]["steady_mean_m"]["variants"]
@@ -118,7 +118,7 @@ def test_numbers_without_values_and_of_phases_are_left_out(folder: Path) -> None
     assert set(numbers) == {"steady_mean_m", "saturated_fraction", "kkt_median"}
 
 
-def test_nothing_leads_out_of_the_file(folder: Path) -> None:
+def test_report_refers_to_no_other_file(folder: Path) -> None:
     write_sweep_report(folder / "report.html", read_sweep(folder / "sweep.json"))
     page = Page((folder / "report.html").read_text())
     assert all(reference.startswith("data:") for reference in page.references)
@@ -138,7 +138,7 @@ def error_of(path: Path) -> str:
         ("sweep.json", "{", "sweep.json: cannot be read: Expecting"),
         ("sweep.json", "[]", "sweep.json: cannot be used: it holds no JSON object"),
         ("sweep.json", '{"scenario": "x", "variants": [{"name": "y"}]}', "sweep.json: not of a sweep: needs"),
-        ("runs.csv", "", "runs.csv: holds no runs; fly some with scripts/sweep.py"),
+        ("runs.csv", "", "runs.csv: holds no runs; fly some with the command sweep"),
         ("runs.csv", "a,b\n1,2\n", "runs.csv: holds no runs"),
     ],
 )
@@ -150,11 +150,11 @@ def test_damaged_folder_is_one_line(folder: Path, name: str, content: str, expec
 def test_table_of_other_runs_than_the_statistics_is_one_line(folder: Path) -> None:
     lines = (folder / "runs.csv").read_text().splitlines()
     (folder / "runs.csv").write_text("\n".join(lines[:-1]))
-    expected = "has 4 runs of 'bold', sweep.json has 5; the command that flew them writes both again"
+    expected = "has 4 runs of 'bold', sweep.json has 5; run the command of the sweep again, it writes both"
     assert error_of(folder) == f"{folder / 'runs.csv'}: {expected}"
 
 
-def test_nobody_reads_what_the_script_prints(folder: Path) -> None:
+def test_closed_output_ends_the_script_with_1(folder: Path) -> None:
     reader, writer = os.pipe()
     os.close(reader)
     script = subprocess.run(

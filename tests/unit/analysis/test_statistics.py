@@ -38,7 +38,7 @@ def test_against_scipy() -> None:
     assert found["p95"] == pytest.approx(stats.scoreatpercentile(values, 95.0), rel=1e-12)
 
 
-def test_interval_holds_the_mean_as_often_as_it_says() -> None:
+def test_interval_covers_the_mean_in_95_percent_of_samples() -> None:
     generator = np.random.default_rng(11)
     intervals = [describe(generator.normal(0.07, 0.01, 6).tolist())["ci95"] for _ in range(2000)]
     inside = np.mean([low <= 0.07 <= high for low, high in intervals])
@@ -77,7 +77,7 @@ def test_a_row_holds_every_number_of_a_summary() -> None:
     assert found["phases.E.mean_m"] is None
 
 
-def test_lost_flights_are_counted_and_told_and_not_averaged() -> None:
+def test_lost_flights_are_counted_but_not_averaged() -> None:
     crashed = {**row(2, steady_mean_m=9.0, late_m=None), "outcome": "fault", "reason": "hit the ground"}
     found = aggregate([FAILED, crashed, row(1, steady_mean_m=0.06, late_m=0.1)])
     assert (found["runs"], found["completed"], found["crashed"], found["failed"]) == (3, 1, 1, 1)
@@ -90,7 +90,7 @@ def test_lost_flights_are_counted_and_told_and_not_averaged() -> None:
     assert found["metrics"]["late_m"]["n"] == 1
 
 
-def test_a_number_that_only_lost_flights_have_is_still_named() -> None:
+def test_a_number_of_lost_flights_only_is_still_listed() -> None:
     crashed = {**row(2, early_m=0.2), "outcome": "fault", "reason": "hit the ground"}
     assert aggregate([crashed])["metrics"]["early_m"] == describe([])
 

@@ -1,4 +1,4 @@
-"""summary.json: complete, free of NaN, written at once; and the table made of it."""
+"""summary.json: complete, without NaN, written atomically; and its table."""
 
 import json
 import re
@@ -42,7 +42,7 @@ def numbers(value: Any) -> list[float]:
     return [value] if isinstance(value, float) else []
 
 
-def test_who_flew_what(summary: dict[str, Any]) -> None:
+def test_summary_names_scenario_seed_and_vehicles(summary: dict[str, Any]) -> None:
     assert summary["scenario"] == "paper"
     assert summary["seed"] == 7
     assert summary["vehicles"] == ["leader", "follower_1", "follower_2"]

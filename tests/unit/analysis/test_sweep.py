@@ -1,4 +1,4 @@
-"""Sweeps: what is planned, what is flown again and what is not, and what becomes of lost runs."""
+"""Sweeps: plans, resumed runs, lost runs, and what the folder keeps."""
 
 import csv
 import dataclasses
@@ -41,7 +41,7 @@ def written(folder: Path, text: str) -> Path:
 
 
 def pretended(run: Run) -> tuple[Json, FlightLog | None]:
-    """In place of a flight: its seed decides what becomes of it."""
+    """In place of a flight: the seed decides the outcome."""
     row: Json = {**identity(run), "outcome": "completed", "reason": None}
     match run.seed:
         case 2:
@@ -55,7 +55,7 @@ def pretended(run: Run) -> tuple[Json, FlightLog | None]:
 
 @pytest.fixture
 def flown(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Flights are only pretended; the names of those that were."""
+    """Names of the runs that were flown; the flights are simulated by ``pretended``."""
     names: list[str] = []
 
     def fly(run: Run) -> tuple[Json, FlightLog | None]:
@@ -121,7 +121,7 @@ def test_bad_files_of_variants(tmp_path: Path, text: str, message: str) -> None:
     assert str(error.value) == message.format(file=file)
 
 
-def test_files_of_variants_that_are_none(tmp_path: Path) -> None:
+def test_unreadable_files_of_variants(tmp_path: Path) -> None:
     for path, problem in ((tmp_path / "none", "no such file"), (tmp_path, "cannot be read: Is a directory")):
         with pytest.raises(ConfigError, match=re.escape(f"{path}: {problem}")):
             load_variants(path)
@@ -191,7 +191,7 @@ def test_a_fingerprint_changes_with_configuration_seed_and_software() -> None:
     assert re.fullmatch(r"[0-9a-f]{64}", flight_software())
 
 
-def test_what_is_there_is_not_flown_again(tmp_path: Path, flown: list[str]) -> None:
+def test_stored_runs_are_not_flown_again(tmp_path: Path, flown: list[str]) -> None:
     runs = short_runs(2, variants=(BASE, LOOSE))
     rows = fly_here(runs[:3], tmp_path)
     assert sorted(flown) == ["base-s1", "base-s2", "loose-s1"]
@@ -329,7 +329,7 @@ def test_table_and_statistics_hold_every_run(tmp_path: Path, flown: list[str]) -
     assert [row["steady_mean_m"] for row in table] == ["0.01", "0.02", "0.03", ""]
 
 
-def test_a_table_is_never_there_in_part(tmp_path: Path) -> None:
+def test_a_table_is_written_atomically(tmp_path: Path) -> None:
     table = tmp_path / TABLE
     table.write_text("of the sweep before")
     (tmp_path / f".{TABLE}-{os.getpid()}").mkdir()
@@ -338,7 +338,7 @@ def test_a_table_is_never_there_in_part(tmp_path: Path) -> None:
     assert table.read_text() == "of the sweep before"
 
 
-def test_runs_that_have_not_started_are_dropped_when_the_sweep_is_given_up(
+def test_runs_that_have_not_started_are_cancelled_when_the_sweep_is_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     started: list[int] = []
@@ -359,20 +359,20 @@ def test_runs_that_have_not_started_are_dropped_when_the_sweep_is_given_up(
 
 
 def test_only_one_sweep_at_a_time_in_a_folder(tmp_path: Path) -> None:
-    message = re.escape(f"{tmp_path}: another sweep is at work in this folder")
+    message = re.escape(f"{tmp_path}: another sweep is running in this folder")
     with SweepFolder(tmp_path), pytest.raises(RelformError, match=message), SweepFolder(tmp_path):
         pass
     with SweepFolder(tmp_path):
         pass
 
 
-def test_folders_that_cannot_be(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(RelformError, match="file: cannot be made: Not a dir"), SweepFolder(tmp_path / "file"):
         pass
 
 
-def test_a_result_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_result_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
     folder, (run,) = SweepFolder(tmp_path), short_runs(1)
     (tmp_path / "runs" / f".{run.name}.json-{os.getpid()}").mkdir(parents=True)
     with pytest.raises(RelformError, match=r"base-s1\.json: cannot be written: Is a directory"):
@@ -383,7 +383,7 @@ def test_a_result_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 
 class LostMachines(Executor):
-    """An executor whose machines are gone."""
+    """An executor that has lost its machines."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()
@@ -399,7 +399,7 @@ def test_runs_whose_machine_is_lost_are_counted(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
-def test_a_flight_that_fails_is_an_outcome_whatever_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_any_error_in_a_flight_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
     (run,) = short_runs(1)
     for error, reason in (
         (FlightError("no imu of leader"), "no imu of leader"),
@@ -419,7 +419,7 @@ def test_other_software_is_not_flown() -> None:
     (run,) = short_runs(1)
     row, _ = fly(dataclasses.replace(run, software="of another commit"))
     assert row["outcome"] == "failed"
-    assert "other software than the one that planned it" in row["reason"]
+    assert "other software than the process that planned it" in row["reason"]
 
 
 def test_a_run_that_keeps_its_log(tmp_path: Path) -> None:
@@ -446,7 +446,7 @@ def test_a_crashed_flight_is_scored_as_far_as_it_went() -> None:
     assert row["flown_s"] == pytest.approx(0.05 * row["steps"])
 
 
-def test_a_log_comes_back_from_its_archive_in_single_precision(tmp_path: Path) -> None:
+def test_archive_keeps_a_log_in_single_precision(tmp_path: Path) -> None:
     builder = perfect_builder(paper_scenario(seed=3), ["A"] * 20 + ["B"] * 7)
     builder.add_fault(1_350_000_000, "leader", "leader touched the ground")
     log = builder.build()
@@ -462,7 +462,7 @@ def test_a_log_comes_back_from_its_archive_in_single_precision(tmp_path: Path) -
     np.testing.assert_array_equal(found.step_ns, log.step_ns)
 
 
-def test_an_archive_that_is_none(tmp_path: Path) -> None:
+def test_damaged_archives_are_one_line(tmp_path: Path) -> None:
     for content in (b"", b"PK\x03\x04 cut off"):
         (tmp_path / "log.npz").write_bytes(content)
         with pytest.raises(RelformError, match=r"log\.npz: cannot be read as a flight"):

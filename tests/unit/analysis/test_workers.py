@@ -1,4 +1,4 @@
-"""Worker processes: they answer, and the death of one costs one call."""
+"""Worker processes: a process that dies loses one call."""
 
 import math
 import os
@@ -39,22 +39,22 @@ def test_calls_are_answered_by_other_processes(executor: LocalProcesses) -> None
     assert os.getpid() not in {executor.submit(os.getpid).result() for _ in range(4)}
 
 
-def test_a_process_that_dies_takes_only_its_own_call(executor: LocalProcesses) -> None:
+def test_a_process_that_dies_loses_only_its_own_call(executor: LocalProcesses) -> None:
     killed = executor.submit(signal.raise_signal, signal.SIGKILL)
     left = executor.submit(os._exit, 3)
     after = [executor.submit(math.sqrt, 16.0) for _ in range(4)]
-    with pytest.raises(RelformError, match=r"was killed by SIGKILL, perhaps for want of memory"):
+    with pytest.raises(RelformError, match=r"was killed by SIGKILL, perhaps because memory ran out"):
         killed.result()
     with pytest.raises(RelformError, match=r"ended with exit code 3"):
         left.result()
     assert [future.result() for future in after] == [4.0] * 4
 
 
-def test_an_interrupt_from_the_keyboard_is_not_for_the_workers(executor: LocalProcesses) -> None:
+def test_workers_ignore_an_interrupt_from_the_keyboard(executor: LocalProcesses) -> None:
     assert executor.submit(signal.raise_signal, signal.SIGINT).result() is None
 
 
-def test_shutdown_ends_what_is_under_way() -> None:
+def test_shutdown_ends_running_calls() -> None:
     executor = LocalProcesses(1)
     pid = executor.submit(os.getpid).result()
     running, waiting = executor.submit(time.sleep, 600.0), executor.submit(time.sleep, 600.0)
@@ -69,7 +69,7 @@ def test_shutdown_ends_what_is_under_way() -> None:
     assert time.monotonic() - begin < 60.0
 
 
-def test_workers_end_with_the_process_that_they_work_for() -> None:
+def test_workers_end_with_their_parent() -> None:
     program = (
         "import os, time\n"
         "from relform_analysis.sweep.workers import LocalProcesses\n"

@@ -1,4 +1,4 @@
-"""What each part of the method is worth, in one figure: a line per variant, a column per number."""
+"""The figure of the ablations: a row per variant, a column per number."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ ROW_IN, TOP_IN, BOTTOM_IN = 0.2, 0.45, 0.55
 LABELS, COUNTS = 0.36, 0.41
 """Right ends of the titles and of the counts, as parts of the width."""
 NOTE = (
-    "Mean (dot) and range (line) of the completed flights, errors in steady state; dashed: everything "
-    "in place.\nRed: flights were lost. Centres of vehicles that are 0.5 m apart count as a collision."
+    "Mean (dot) and range (line) of the completed flights, errors in steady state; dashed: the whole "
+    "method.\nRed: flights were lost. Centres of vehicles that are 0.5 m apart count as a collision."
 )
 GROUPS = (WARM_STARTS, STRUCTURES[1:], TUNINGS[1:])
-"""Perfect sensors are off all scales, and in the tables."""
+"""Perfect sensors are off all scales; the tables have them."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ COLUMNS = (
 
 
 def draw_ablation(variants: Sequence[Json]) -> Figure:
-    """Mean and range of each number over the completed flights; dashed: with everything in place."""
+    """Mean and range of each number over the completed flights; dashed: the whole method."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""What the paper claims, and the targets of this project, beside what was measured."""
+"""The numbers that are compared with the paper, and the targets of the default tuning."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ SMALLER_IS_WORSE = ("separation_min_m", "view_margin_min_deg")
 
 @dataclass(frozen=True)
 class Target:
-    """A bound that the default tuning has to keep, on the mean over the flights."""
+    """A bound on the mean over the flights, which the default tuning has to keep."""
 
     key: str
     label: str
@@ -32,12 +32,12 @@ def pair_key(observer: str, target: str, number: str) -> str:
 
 
 def worst(number: ComparedNumber) -> str:
-    """Which flight is the worst one: that with the largest number, or with the smallest."""
+    """The statistic of the worst flight: the largest number, or the smallest."""
     return "min" if number.key in SMALLER_IS_WORSE else "max"
 
 
 def compared_numbers(team: TeamConfig) -> list[ComparedNumber]:
-    """All that is compared with the paper, pair by pair, and what it claims without a number."""
+    """All numbers that are compared with the paper, those of each pair and those without a claim included."""
     mean, *others = (number for number in COMPARED if number.key != "realtime_factor")
     pairs = [
         replace(mean, key=pair_key(*pair, mean.key), label=f"{pair[0]} to {pair[1]}, steady, mean")
@@ -75,11 +75,11 @@ def targets(team: TeamConfig) -> list[Target]:
 
 
 def unkept(variant: Json, team: TeamConfig) -> list[str]:
-    """What the variant misses, one line each."""
+    """The targets that a variant misses, one line each."""
     missed = [
-        f"{target.label}: not known"
+        f"{target.label}: unknown"
         if mean is None
-        else f"{target.label}: {target.factor * mean:.4g} {target.unit}, at most {target.bound:g} is wanted"
+        else f"{target.label}: {target.factor * mean:.4g} {target.unit}, must be at most {target.bound:g}"
         for target in targets(team)
         if not target.holds(mean := mean_of(variant, target.key))
     ]
@@ -88,7 +88,7 @@ def unkept(variant: Json, team: TeamConfig) -> list[str]:
 
 
 def mean_of(variant: Json, key: str) -> float | None:
-    """Mean of a number over the completed flights of a variant; None: no flight has it."""
+    """Mean of a number over the completed flights of a variant; None if no flight has it."""
     mean: float | None = variant["metrics"].get(key, {}).get("mean")
     return mean
 

@@ -1,4 +1,4 @@
-"""The command line of the evaluation: fly what is missing, draw, and say what came out."""
+"""The command line of the evaluation: fly the missing runs, draw the figures, print the results."""
 
 import argparse
 import os
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def evaluate(options: argparse.Namespace) -> tuple[str, list[str]]:
-    """The page with all tables, and what the default tuning misses.
+    """The page with all tables, and the targets that the default tuning misses.
 
     Raises:
         RelformError: something cannot be flown or written.

@@ -1,4 +1,4 @@
-"""The paper's figures, redrawn from many flights, each with what the paper claims and what was found."""
+"""The paper's figures, redrawn from many flights, each with the paper's claim and the result here."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SEEN_AT_ONCE = 10
-"""Paths that are still seen apart in one scene."""
+"""Number of flights whose paths can be told apart in one scene."""
 
 
 def draw_evaluation(
     folder: Path, logs: Mapping[str, Sequence[FlightLog]], variants: Sequence[Json], tuning: str
 ) -> list[Path]:
-    """Draw the paper's figures for one tuning, and those that it lacks, as PNG and PDF.
+    """Draw the paper's figures for one tuning, and figures that the paper lacks, as PNG and PDF.
 
     Args:
         logs: flights by variant.

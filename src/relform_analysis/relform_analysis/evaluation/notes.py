@@ -1,4 +1,4 @@
-"""What stands below each figure: the paper's claim, and what was found."""
+"""The note below each figure: the paper's claim, and the result here."""
 
 import textwrap
 

@@ -1,4 +1,4 @@
-"""What the evaluation flies: the two tunings many times, every ablation as often as the paper flew."""
+"""The flights of the evaluation: many of both tunings, as many of each ablation as the paper flew."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -25,7 +25,7 @@ def write_tables(folder: Path, rows: Rows, report: Json, team: TeamConfig, few: 
     Args:
         rows: of all flights.
         report: what is in sweep.json.
-        few: how many of the first flights make the column that has as many as the paper flew.
+        few: number of flights in the column that has as many as the paper flew.
     Raises:
         RelformError: they cannot be written.
     """
@@ -61,7 +61,7 @@ def write_tables(folder: Path, rows: Rows, report: Json, team: TeamConfig, few: 
 
 
 def claim_rows(rows: Rows, team: TeamConfig, few: int) -> list[Json]:
-    """A row per number: what the paper says, and how it is distributed in each group of flights."""
+    """A row per number: the paper's words, and its distribution in each group of flights."""
     groups = _groups(rows, few)
     table = []
     for number in compared_numbers(team):
@@ -77,7 +77,7 @@ def claim_rows(rows: Rows, team: TeamConfig, few: int) -> list[Json]:
 
 
 def ablation_rows(variants: Sequence[Json], team: TeamConfig) -> list[Json]:
-    """A row per variant: how its flights ended, and the mean of each number."""
+    """A row per variant: the outcomes of its flights, and the mean of each number."""
     return [
         {
             "variant": variant["name"],

@@ -13,11 +13,11 @@ from relform_core.errors import RelformError
 from relform_core.load import LoadedScenario
 
 _SOLVER = "solver."
-"""Before the names of the solver's numbers."""
+"""Prefix of the names of the solver's numbers."""
 _ENTRIES = ("faults", "changes")
 """Fields of a log that hold entries in words."""
 _OTHERS = {"scenario", "phase", "solver", *_ENTRIES}
-"""Fields of a log that are no arrays."""
+"""Fields of a log that are not arrays."""
 
 
 def write_log(path: Path, log: FlightLog) -> None:

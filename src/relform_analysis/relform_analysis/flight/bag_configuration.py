@@ -47,7 +47,7 @@ def find_configuration(bag: Path, given: Path | str | None = None) -> BagConfigu
         bag: the bag's file, or its folder if it is split.
         given: path or plain name of a scenario.
     Raises:
-        BagError: there is none, or the bag cannot be read.
+        BagError: no configuration is found, or the bag cannot be read.
     """
     if given is not None:
         return BagConfiguration(bag, given)

@@ -30,7 +30,7 @@ def message_takers(
     Args:
         builder: of the log.
         config: scenario that is flown.
-        controller: whose log it is; None: the one that commands the whole team.
+        controller: the log is about this one; None: the one that commands the whole team.
     """
     team = config.team
     controller = controller or Roster.of(config).controllers[0]
@@ -54,7 +54,7 @@ def message_takers(
 
 
 def read_flight_log(path: Path, configuration: Path | str | None = None) -> FlightLog:
-    """Read a flight; of a bag that was cut off, what there is.
+    """Read a flight, as far as its bag goes.
 
     Args:
         path: the bag's file or folder, or the folder of the run.

@@ -1,4 +1,4 @@
-"""A flight as arrays: what the vehicles did, what the controller was asked and what it answered.
+"""A flight as arrays: motion of the vehicles, references, estimates and commands of the controller.
 
 Shapes: T instants of ground truth, K control steps, n vehicles in team order, leader first. What was not
 recorded is NaN.
@@ -38,7 +38,7 @@ class LogEntry:
 
 @dataclass(frozen=True, eq=False)
 class FlightLog:
-    """A flight, or what there is of it."""
+    """A flight, or as much of it as was recorded."""
 
     scenario: LoadedScenario
     tick_ns: Integers

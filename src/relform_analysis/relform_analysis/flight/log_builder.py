@@ -125,7 +125,7 @@ class FlightLogBuilder:
         self._faults.append(LogEntry(stamp_ns, source, description))
 
     def missing(self) -> str | None:
-        """Why the log has no control step, in words; None: it has."""
+        """Why the log has no control step, in words; None if it has one."""
         for vehicle, states in self._ground_truth.items():
             if not states.stamps:
                 return f"there is no message on {vehicle_topic(vehicle, GROUND_TRUTH)}"
@@ -136,7 +136,7 @@ class FlightLogBuilder:
         return None
 
     def build(self) -> FlightLog:
-        """The log of what has come in so far; steps that lack the reference or ground truth are left out."""
+        """The log so far; steps without reference or ground truth are left out."""
         ticks = sorted(self._ticks())
         tick_of = {stamp_ns: tick for tick, stamp_ns in enumerate(ticks)}
         stamps = sorted(stamp_ns for stamp_ns in self._phases if stamp_ns in tick_of)

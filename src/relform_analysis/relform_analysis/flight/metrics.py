@@ -1,7 +1,7 @@
-"""How well a team flew: every number that relform reports, defined once, from ground truth.
+"""The numbers that relform reports of a flight, each defined once, from ground truth.
 
-Lengths in metres, angles in radians, speeds in rad/s, times in seconds. What cannot be had, because the
-flight ended too early or a topic was not recorded, is NaN.
+Lengths in metres, angles in radians, speeds in rad/s, times in seconds. A number is NaN if
+the flight ended too early for it or its topic was not recorded.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +27,7 @@ AT_LIMIT = rpm_to_rad_s(1.0)
 
 @dataclass(frozen=True)
 class Distribution:
-    """Of an error that is never negative."""
+    """Distribution of an error that is never negative."""
 
     mean: float
     p95: float
@@ -99,7 +99,7 @@ class RotorMetrics:
 
 @dataclass(frozen=True)
 class SolverMetrics:
-    """What the solver needed per control step."""
+    """Steps, values and times of the solver per control step."""
 
     sqp_steps_median: float
     kkt_first_median: float
@@ -110,7 +110,7 @@ class SolverMetrics:
     """Preparation and feedback together [s]."""
     step_time_max: float
     fallback_steps: int
-    """Control steps in which the previous plan was flown on."""
+    """Control steps that flew the plan before, because an SQP step failed."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What the paper says in numbers (its section V), beside the numbers of summary.json that answer it."""
+"""The numbers in section V of the paper, beside those of summary.json."""
 
 from dataclasses import dataclass
 
@@ -25,7 +25,7 @@ class ComparedNumber:
     key: str
     label: str
     paper: str
-    """In the paper's words; empty where it says nothing."""
+    """The paper's words; empty if it does not mention the number."""
     unit: str = ""
     digits: int = 0
     factor: float = 1.0
@@ -36,11 +36,11 @@ class ComparedNumber:
     """Whether the paper claims that it is not exceeded."""
 
     def text(self, value: float | None) -> str:
-        """A value of summary.json for people; ``-`` if there is none."""
+        """A value of summary.json as text with its unit; ``-`` if there is none."""
         return self.bare(value) if value is None else f"{self.bare(value)} {self.unit}".rstrip()
 
     def bare(self, value: float | None) -> str:
-        """Likewise, without its unit."""
+        """The same without the unit."""
         return "-" if value is None else f"{self.factor * value:.{self.digits}f}"
 
     def holds(self, value: float | None) -> bool | None:
@@ -105,5 +105,5 @@ COMPARED = (
     ComparedNumber("fallback_steps", "control steps that fell back", "", "", 0),
     ComparedNumber("realtime_factor", "real-time factor", "", "", 1),
 )
-"""In the order in which they are shown."""
+"""In the order of the tables."""
 FOOTNOTE = "* contradicts the mean that the paper gives"

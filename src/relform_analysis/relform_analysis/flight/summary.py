@@ -27,7 +27,7 @@ class Outcome(StrEnum):
     INTERRUPTED = "interrupted"
     """The user ended it."""
     FAILED = "failed"
-    """A node died, fell silent or could not go on."""
+    """A node died, fell silent or could not continue."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Ending:
 def build_summary(
     scenario: LoadedScenario, metrics: FlightMetrics, ending: Ending, versions: Mapping[str, str | None]
 ) -> Json:
-    """Content of summary.json; what the flight was too short for is None."""
+    """Content of summary.json; numbers that the flight was too short for are None."""
     config, score, rotors, solver = scenario.config, metrics.score, metrics.rotors, metrics.solver
     formation = _errors(score.formation, "m")
     summary = {
@@ -138,7 +138,7 @@ def _distribution(distribution: Distribution, unit: str, prefix: str) -> dict[st
 
 
 def _without_nan(value: Any) -> Any:
-    """JSON knows no NaN and no infinity."""
+    """NaN and infinity, which JSON does not have, as None."""
     match value:
         case dict():
             return {key: _without_nan(each) for key, each in value.items()}

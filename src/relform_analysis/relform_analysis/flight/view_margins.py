@@ -1,4 +1,4 @@
-"""How far the vehicles stay inside each other's field of view."""
+"""Margins of the vehicles in each other's field of view."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ def view_margins(log: FlightLog) -> Array:
 def _into_body(p_N: Array, q_NB: Array) -> Array:
     """R_NB^T p_N, shape (..., 3); ``q_NB`` is a unit quaternion (x, y, z, w), shape (..., 4).
 
-    Not with SciPy, whose Rotation takes longer to import than a flight takes to score.
+    SciPy's Rotation would take longer to import than a flight takes to score.
     """
     axis, w = -q_NB[..., :3], q_NB[..., 3:]
     twice = 2.0 * np.cross(axis, p_N)

@@ -1,4 +1,4 @@
-"""The picture of a flight: where the team flew, how well it kept formation, and what that took."""
+"""The picture of a flight: the paths of the team, its errors, rotor speeds and solver."""
 
 from __future__ import annotations
 
@@ -220,7 +220,7 @@ def _draw_solver(axes: Axes, log: FlightLog) -> None:
     right = _right_scale(axes, "time per control step [ms]")
     step_ms = 1e3 * (log.solver["prepare_time"] + log.solver["feedback_time"])
     right.semilogy(step_times(log), step_ms, color=RIGHT_COLOUR, linewidth=0.9)
-    if (measured := step_ms[step_ms > 0.0]).size:  # whole decades: a part of one has too many labels
+    if (measured := step_ms[step_ms > 0.0]).size:  # whole decades, because a part of one gets too many labels
         right.set_ylim(
             10.0 ** np.floor(np.log10(measured.min())), 10.0 ** (np.floor(np.log10(measured.max())) + 1)
         )

@@ -29,14 +29,14 @@ NOTE_LINE_IN = 0.14
 DPI = 200
 PHASE_NAMES_PT = 11.0
 DENSE_LINES = 3
-"""More than so many lines in one plot are thin."""
+"""With more lines than this in one plot, the lines are thin."""
 ROOM = 1.05
-"""Over the highest band; what is compared may go beyond."""
+"""Height of a plot over its highest band; lines of other flights may leave the plot."""
 
 
 @dataclass(frozen=True, eq=False)
 class OtherFlights:
-    """Other flights, to be drawn over the first line of each plot."""
+    """Flights to draw over the first line of each plot."""
 
     name: str
     runs: Sequence[Sequence[Panel]]
@@ -78,10 +78,10 @@ def draw_over_time(
             _draw_band(axes, others, step_times(longest), panels[0], VERMILION, 0.9, compared.name)
         if panels[0].log_scale:
             _label_log_scale(axes)
-        told = {panels[0].lines[0].name} if len(panels[0].lines) == 1 else set()  # by the title
+        known = {panels[0].lines[0].name} if len(panels[0].lines) == 1 else set()  # the title names it
         if compared is not None:
-            told = {panels[0].lines[0].name, compared.name} if index else set()
-        _write_heading(axes, panels[0], told, above=PHASE_NAMES_PT if index == 0 else 0.0)
+            known = {panels[0].lines[0].name, compared.name} if index else set()
+        _write_heading(axes, panels[0], known, above=PHASE_NAMES_PT if index == 0 else 0.0)
     name_phases(rows[0], longest)
     rows[-1].set_xlabel("time [s]")
     if note:
@@ -92,7 +92,7 @@ def draw_over_time(
 
 
 def over_runs(series: Sequence[Array]) -> tuple[Array, Array]:
-    """Mean and standard deviation over flights, at each control step over those that got there.
+    """Mean and standard deviation over flights, at each control step over the flights that reached it.
 
     Args:
         series: per flight one value per control step, shape (K,); K may differ.
@@ -117,7 +117,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         figure.savefig(files[0])
-        figure.savefig(files[1], metadata={"CreationDate": None})  # the same flight, the same file
+        figure.savefig(files[1], metadata={"CreationDate": None})  # the same flight gives the same file
     except OSError as error:
         raise RelformError(f"{folder}: figures cannot be written there: {error.strerror}") from None
     return files
@@ -168,13 +168,13 @@ def _draw_band(
     return float(finite.max()) if finite.size else np.nan
 
 
-def _write_heading(axes: Axes, panel: Panel, told: Set[str], above: float) -> None:
-    """Title over a plot, and legend of what is not told yet, ``above`` points higher than usual."""
+def _write_heading(axes: Axes, panel: Panel, known: Set[str], above: float) -> None:
+    """Title of a plot, and legend without the ``known`` labels, ``above`` points higher than usual."""
     axes.set_title(panel.title, color=TEXT, pad=3.0 + above)
     handles = {
         label: handle
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-        if label not in told
+        if label not in known
     }
     if handles:
         bottom = 1.0 + above / 72.0 / (ROW_IN - TITLE_IN)

@@ -1,4 +1,4 @@
-"""The plots over time of a flight: which lines they hold, and which levels to compare with."""
+"""The plots over time of a flight: their lines, and the levels to compare with."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from relform_core.arrays import Array
 from relform_core.units import rad_s_to_rpm
 
 COLOURS = 7
-"""Of vehicles and of pairs; further ones begin again."""
+"""Number of colours of vehicles and of pairs; further ones start over."""
 ROTORS = ("front", "left", "back", "right")
 
 

@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 TRAJECTORIES = "trajectories_3d"
 SCENE_IN, SCENE_LIFT_IN = 3.8, 0.2
-"""Height of the 3D scene, and how far its middle is lifted to make room for the labels below."""
+"""Height of the 3D scene, and lift of its middle, which makes room for the labels below."""
 
 
 def draw_paper_figures(logs: Sequence[FlightLog], folder: Path) -> list[Path]:
     """Draw every figure, as PNG and as PDF.
 
     Args:
-        logs: one or more flights of one scenario. One that ended early counts in what it flew.
-        folder: where they go; made if it is not there.
+        logs: one or more flights of one scenario. A flight that ended early counts as far as it flew.
+        folder: of the files; created if needed.
     Returns:
         The files.
     Raises:

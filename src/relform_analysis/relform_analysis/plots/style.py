@@ -11,7 +11,7 @@ BLACK, VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY_BLUE = (
     "#E69F00",
     "#56B4E9",
 )
-"""The palette of Okabe and Ito, whose colours differ for any colour vision."""
+"""The palette of Okabe and Ito: its colours differ for any colour vision."""
 VEHICLE_COLOURS = (BLACK, VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY_BLUE)
 PAIR_COLOURS = (*VEHICLE_COLOURS[1:], BLACK)
 LINE_COLOURS = {
@@ -39,7 +39,7 @@ PAPER_STYLE: dict[Any, Any] = COMMON | {
     "legend.fontsize": 7.0,
     "pdf.fonttype": 42,  # text stays text
 }
-"""Likewise: figures for papers."""
+"""For ``matplotlib.rc_context``: figures for papers."""
 
 
 def cycled(colours: tuple[str, ...], index: int) -> str:

@@ -1,4 +1,4 @@
-"""The command line of a counterfactual replay; exits like diff(1) with 0: equal, 1: different, 2: trouble."""
+"""The command line of a counterfactual replay; exits like diff(1): 0 equal, 1 different, 2 error."""
 
 import sys
 from collections.abc import Sequence
@@ -43,7 +43,8 @@ def _parser() -> CommandParser:
     parser = CommandParser(
         prog="replay",
         description="Feed the measurements of a recorded flight to the controller of today, or to another, "
-        "and compare its commands with the recorded ones. Exit code: 0 equal, 1 different, 2 trouble.",
+        "and compare its commands with the recorded ones. Exit code: 0 if all commands are equal, 1 if some "
+        "differ, 2 if the bag or an option cannot be used.",
     )
     parser.add_argument("bag", type=Path, metavar="BAG", help="bag, or folder of a run")
     parser.add_argument(
@@ -67,10 +68,10 @@ def _print(result: Replay, console: Console) -> None:
         return
     first = result.first_difference
     if first is None:
-        console.print(f"{steps} control steps: every command is equal, but not every plan", highlight=False)
+        console.print(f"{steps} control steps: all commands are equal, but not all plans", highlight=False)
         return
     when = f"step {first} ({result.time[first]:.2f} s)"
-    console.print(f"{steps} control steps: the first other command is in {when}", highlight=False)
+    console.print(f"{steps} control steps: the first command that differs is in {when}", highlight=False)
     table = Table(title="difference of the rotor speeds (rpm)", title_justify="left", box=None)
     table.add_column("vehicle")
     for heading in ("rms", "95 %", "max", "steps that differ"):

@@ -1,7 +1,7 @@
-"""Counterfactual replay: recorded measurements into a controller, its decisions beside the recorded ones.
+"""Counterfactual replay: feed recorded measurements to a controller and compare its decisions.
 
-The measurements stay what they were, whatever the controller now decides: the difference is that of single
-decisions, not of flights.
+The measurements do not react to the new decisions. So the differences are those of single decisions, not of
+flights.
 """
 
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ class RecordedStep:
     formation: Formation | None
     """Accepted by the controller before this step."""
     parameters: Mapping[str, Value]
-    """Likewise; other than the formation."""
+    """Accepted by the controller before this step, without the formation."""
     sqp_steps: int
     commands: Mapping[str, RotorCommand]
     """By vehicle; empty while the controller waited for its first measurements."""

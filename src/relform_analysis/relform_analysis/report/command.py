@@ -24,7 +24,7 @@ from relform_core.script import CommandParser, command
 
 @command
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Make the report that the arguments ask for; returns 0, or 2 after a line on what cannot be used."""
+    """Make the report of a flight or a sweep; returns 0, or 2 after an error."""
     parser = CommandParser(
         prog="report",
         description="Make the report of a flight or a sweep: one HTML file that opens offline.",
@@ -76,7 +76,7 @@ def report_flight(source: Path, out: Path, configuration: Path | str | None, wit
     except BagError as error:
         neither = f", and no sweep: there is no {SWEEP_FILE} in it" if source.is_dir() else ""
         if (source / RUNS).is_dir():
-            neither += "; the command that flew its runs goes on, and writes one"
+            neither += "; run the command of the sweep again, it continues and writes one"
         raise BagError(f"{error}{neither}") from None
     # Reading serialized messages needs ROS; sweeps do without.
     from relform_analysis.flight.from_bag import read_flight_log

@@ -75,7 +75,7 @@ def flight_page(log: FlightLog, summary: Json) -> str:
 
 
 def flight_data(log: FlightLog) -> Json:
-    """What the page draws: lengths in metres, times in seconds, other units as the panels say."""
+    """The data that the page draws: lengths in metres, times in seconds, other units as in the panels."""
     config = log.scenario.config
     pairs = scored_pairs(config.team)
     index = {name: position for position, name in enumerate(log.vehicles)}
@@ -125,7 +125,7 @@ def _panel(panel: Panel) -> Json:
 
 
 def _reasons(log: FlightLog, reason: str | None) -> list[str]:
-    """Why a flight did not complete: how it ended, unless a fault says the same, then the faults."""
+    """Why a flight did not complete: the reason of its end, if no fault gives the same, and the faults."""
     known = {fault.description for fault in log.faults}
     faults = [
         f"at {fault.stamp_ns / NANOSECONDS_PER_SECOND:.2f} s, {fault.description}" for fault in log.faults

@@ -1,4 +1,4 @@
-"""How a recorded flight ended and what flew it, from what lies in its bag or beside it."""
+"""How a recorded flight ended and which software flew it, from its bag or the files beside the bag."""
 
 import json
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ Versions = Mapping[str, str | None]
 
 
 def ending_from_log(log: FlightLog) -> Ending:
-    """How a flight ended, as far as its log tells."""
+    """How a flight ended, as far as its log shows."""
     flown = float(log.tick_ns[-1]) / NANOSECONDS_PER_SECOND
     planned = log.scenario.config.n_steps
     if log.faults:
@@ -31,7 +31,7 @@ def ending_from_log(log: FlightLog) -> Ending:
 
 
 def unrecorded_topics(log: FlightLog) -> list[str]:
-    """Topics of which the log has nothing, so that a report leaves blank what they tell."""
+    """Topics without any message in the log; a report leaves their numbers blank."""
     topics = {
         vehicle_topic(name, ROTOR_SPEEDS): log.rotor_speeds[:, index]
         for index, name in enumerate(log.vehicles)
@@ -41,7 +41,7 @@ def unrecorded_topics(log: FlightLog) -> list[str]:
 
 
 def ending_from_run(folder: Path) -> tuple[Ending, Versions] | None:
-    """How a flight ended and what flew it, from the summary in its run's folder; None: there is none.
+    """How a flight ended and which software flew it, from the summary in its run folder; None without one.
 
     Raises:
         RelformError: the summary cannot be used.
@@ -63,7 +63,7 @@ def ending_from_run(folder: Path) -> tuple[Ending, Versions] | None:
 
 
 def versions_from_bag(file: Path) -> Versions:
-    """Which software flew it, as the recorder wrote it into the bag; empty if it did not.
+    """The software versions that the recorder wrote into the bag; empty if it wrote none.
 
     Raises:
         RelformError: the file cannot be read.

@@ -1,4 +1,4 @@
-"""Pages as single files: template, style, scripts and data in one HTML text, which needs no network."""
+"""Pages as single files: template, style, scripts and data in one HTML text that opens offline."""
 
 import json
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""The report of a sweep: how every number of its flights is distributed, variant by variant."""
+"""The report of a sweep: the distribution of each number, by variant."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ SCRIPTS = ("base.js", "strips.js")
 QUARTILES = (25.0, 50.0, 75.0)
 DIGITS_OF_OTHERS = 3
 BY_PHASE = "phases."
-"""Begin of the names of numbers of one phase: there are hundreds, and sweep.json has them all."""
+"""Prefix of the hundreds of numbers of single phases, which only sweep.json has."""
 
 
 @dataclass(frozen=True)

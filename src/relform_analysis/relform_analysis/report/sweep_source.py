@@ -12,7 +12,7 @@ from relform_analysis.sweep.folder import SWEEP_FILE, TABLE
 from relform_core.errors import RelformError
 
 TEXTS = ("variant", "scenario", "title", "outcome", "reason", "set")
-"""Columns that stay text, even where it reads as a number."""
+"""Columns that stay text even if they look like a number."""
 VARIANT_KEYS = {"name", "title", "set", "runs", "completed", "crashed", "failed", "reasons", "metrics"}
 
 
@@ -61,13 +61,13 @@ def read_sweep(path: Path) -> Sweep:
         keys = ", ".join(sorted(VARIANT_KEYS))
         raise RelformError(f"{folder / SWEEP_FILE}: not of a sweep: needs scenario, and variants with {keys}")
     if not rows or not {"variant", "seed", "outcome"} <= rows[0].keys():
-        raise RelformError(f"{table}: holds no runs; fly some with scripts/sweep.py")
+        raise RelformError(f"{table}: holds no runs; fly some with the command sweep")
     flown = Counter(row["variant"] for row in rows)
     for variant in variants:
         if flown[variant["name"]] != variant["runs"]:
             raise RelformError(
                 f"{table}: has {flown[variant['name']]} runs of '{variant['name']}', {SWEEP_FILE} has "
-                f"{variant['runs']}; the command that flew them writes both again"
+                f"{variant['runs']}; run the command of the sweep again, it writes both"
             )
     return Sweep(report, rows)
 

@@ -1,4 +1,4 @@
-"""The numbers that tell the story at the top of a report."""
+"""The key figures at the top of a report."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Tile:
-    """One of the numbers that tell the story of a flight."""
+    """One key figure of a flight, or of a variant of a sweep."""
 
     label: str
     value: str

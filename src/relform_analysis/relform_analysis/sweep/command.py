@@ -1,4 +1,4 @@
-"""The command line of a sweep: what to fly, how far it is, and what came out."""
+"""The command line of a sweep: its options, its progress and its results."""
 
 import os
 import sys
@@ -16,7 +16,7 @@ from relform_core.exit_codes import EXIT_FAILURE
 from relform_core.installed import software_versions
 from relform_core.script import CommandParser, command
 
-DEFAULT_VARIANT = Variant(name="default", title="the scenario as it is", set=())
+DEFAULT_VARIANT = Variant(name="default", title="the scenario", set=())
 SHOWN = {
     "steady_mean_m": "formation (m)",
     "leader_steady_mean_m": "leader (m)",
@@ -24,7 +24,7 @@ SHOWN = {
     "rotor_std_rpm": "rotor std (rpm)",
     "step_ms_median": "step (ms)",
 }
-"""Metrics in the table that ends a sweep; sweep.json has all."""
+"""Metrics in the table that a sweep prints at its end; sweep.json has all."""
 
 
 @command
@@ -63,7 +63,7 @@ def _parser() -> CommandParser:
     )
     parser.add_argument("--variants", metavar="FILE", help="path or plain name of the variants to compare")
     parser.add_argument(
-        "--out", type=Path, required=True, help="folder of the results; an unfinished sweep goes on"
+        "--out", type=Path, required=True, help="folder of the results; an unfinished sweep continues"
     )
     parser.add_argument(
         "--set",

@@ -14,13 +14,13 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 def fly(run: Run) -> tuple[Json, FlightLog | None]:
     """Fly one run in this process: its row, and its log if the run keeps it.
 
-    Never raises: whatever goes wrong is an outcome with its reason.
+    Never raises: a failure becomes an outcome with its reason.
     """
     try:
         return _fly(run)
     except RelformError as error:
         return failed(run, str(error)), None
-    except Exception as error:  # a bug, or a library at its end: one lost run, not a lost sweep
+    except Exception as error:  # a bug must cost one run, not the sweep
         return failed(run, f"{type(error).__name__}: {error}"), None
 
 
@@ -36,13 +36,15 @@ def failed(run: Run, reason: str) -> Json:
 
 
 def identity(run: Run) -> Json:
-    """What a row says of its run: variant, seed, and every key that was changed for it."""
+    """The columns that identify a run: variant, seed, and the keys that were changed for it."""
     return {"variant": run.variant, "seed": run.seed, "set": "; ".join(run.changes)}
 
 
 def _fly(run: Run) -> tuple[Json, FlightLog | None]:
     if flight_software() != run.software:
-        raise RelformError("the process that was to fly it has other software than the one that planned it")
+        raise RelformError(
+            "the process that should fly it has other software than the process that planned it"
+        )
     # Imported here, in the worker: the process that only plans and counts needs no CasADi.
     from relform_analysis.flight.metrics import flight_metrics
     from relform_analysis.flight.simulate import fly_in_process

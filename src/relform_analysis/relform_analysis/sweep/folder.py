@@ -35,10 +35,10 @@ class _StoredRun(Schema):
 
 
 class SweepFolder:
-    """Results of a sweep on disk. As a context manager: in the hands of this process alone.
+    """Results of a sweep on disk. As a context manager it locks the folder for this process.
 
     Raises:
-        RelformError: the folder cannot be made, is something else, or another sweep is at work in it.
+        RelformError: the folder cannot be made, or another sweep is running in it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -48,12 +48,12 @@ class SweepFolder:
     def __enter__(self) -> Self:
         try:
             (self.path / RUNS).mkdir(parents=True, exist_ok=True)
-            # The system releases the lock when this process ends, however it does.
+            # The system releases the lock when this process ends, even if it is killed.
             self._lock = os.open(self.path / RUNS, os.O_RDONLY)
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._lock)
-            raise RelformError(f"{self.path}: another sweep is at work in this folder") from None
+            raise RelformError(f"{self.path}: another sweep is running in this folder") from None
         except OSError as error:
             raise RelformError(f"{self.path}: cannot be made: {error.strerror}") from None
         return self
@@ -156,7 +156,7 @@ class SweepFolder:
 
 
 def _read_stored(file: Path) -> _StoredRun | None:
-    """A stored run; None: there is none, or it is damaged and will be flown again."""
+    """A stored run; None if there is none, or it is damaged and will be flown again."""
     try:
         return _StoredRun.model_validate_json(file.read_bytes())
     except (OSError, ValueError):

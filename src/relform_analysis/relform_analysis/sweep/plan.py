@@ -1,4 +1,4 @@
-"""What a sweep flies: variants of a scenario, each with many seeds."""
+"""The plan of a sweep: variants of a scenario, each with many seeds."""
 
 import hashlib
 import json
@@ -40,16 +40,16 @@ class VariantFile(Schema):
 
 @dataclass(frozen=True)
 class Run:
-    """One flight of a sweep, with everything that another process or machine needs to fly it."""
+    """One flight of a sweep, with all that another process or machine needs to fly it."""
 
     variant: str
     scenario: LoadedScenario
     software: str
-    """Of the process that planned it."""
+    """Software of the process that planned the run."""
     changes: tuple[str, ...] = ()
     """Keys that were changed for it, ``some.key=value``: for all variants, then for its own."""
     keeps_log: bool = False
-    """Whether the whole flight is wanted, and not only its row in the table."""
+    """Whether the log of the flight is kept beside its row."""
 
     @property
     def seed(self) -> int:
@@ -58,7 +58,7 @@ class Run:
 
     @property
     def name(self) -> str:
-        """Of its files."""
+        """Name of its files, without suffix."""
         return f"{self.variant}-s{self.seed}"
 
     @property

@@ -33,9 +33,9 @@ def resume(runs: Sequence[Run], folder: SweepFolder) -> tuple[list[Json], list[R
 def fly_all(runs: Sequence[Run], folder: SweepFolder, executor: Executor) -> Iterator[Json]:
     """Fly runs, store each result as it comes, and yield the rows as they finish.
 
-    A run that failed is yielded but not stored: the next sweep tries it again. An executor of
-    `concurrent.futures` or of `dask.distributed` does. If the iteration is given up, runs that have not
-    started are cancelled.
+    A run that failed is yielded but not stored: the next sweep tries it again. The executor is one of
+    `concurrent.futures` or of `dask.distributed`. If the iteration is stopped, runs that have not started are
+    cancelled.
 
     Raises:
         RelformError: a result cannot be stored.
@@ -46,7 +46,7 @@ def fly_all(runs: Sequence[Run], folder: SweepFolder, executor: Executor) -> Ite
             run = pending.pop(future)
             try:
                 row, log = future.result()
-            except Exception as error:  # the executor lost the process or the machine that flew it
+            except Exception as error:  # the process or the machine that flew it was lost
                 row, log = failed(run, str(error) or type(error).__name__), None
             if row["outcome"] != Outcome.FAILED:
                 folder.store(run, row, log)

@@ -1,4 +1,4 @@
-"""A sweep as its user sees it: on which processes it flies, and how far it is."""
+"""A sweep on the terminal: its processes and its progress."""
 
 import argparse
 import math
@@ -34,7 +34,7 @@ def positive(text: str) -> int:
 
 @contextmanager
 def executor_for(jobs: int, scheduler: str | None) -> Iterator[Executor]:
-    """So many local processes, or a Dask cluster; what is under way ends with the block.
+    """Local processes, or a Dask cluster; running flights end with the block.
 
     Raises:
         RelformError: the cluster cannot be reached, or Dask is not installed.
@@ -53,13 +53,13 @@ def executor_for(jobs: int, scheduler: str | None) -> Iterator[Executor]:
     try:
         client = Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
-        raise RelformError(f"--scheduler {scheduler}: no cluster answers there: {error}") from None
+        raise RelformError(f"--scheduler {scheduler}: no cluster answers: {error}") from None
     with client:
         yield client.get_executor(pure=False)
 
 
 def fly_shown(runs: Sequence[Run], folder: SweepFolder, executor: Executor, console: Console) -> list[Json]:
-    """Fly what is not there yet, with a progress bar; the rows of all runs, in their order."""
+    """Fly the runs that are not stored yet, with a progress bar; the rows of all runs, in their order."""
     rows, missing = resume(runs, folder)
     with _progress(console) as progress:
         task = progress.add_task("flying", total=len(runs), completed=len(rows), lost=_lost(rows))
@@ -84,5 +84,5 @@ def _progress(console: Console) -> Progress:
         TimeRemainingColumn(),
         TextColumn("[red]{task.fields[lost]}"),
         console=console,
-        speed_estimate_period=math.inf,  # one flight may take longer than the 30 s after which rich forgets
+        speed_estimate_period=math.inf,  # a flight may take longer than the 30 s that rich looks back
     )

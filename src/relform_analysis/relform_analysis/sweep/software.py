@@ -17,7 +17,7 @@ OURS = "relform_"
 
 
 _ONE_AT_A_TIME = Lock()
-"""Python 3.11 cannot build syntax trees in two threads at once, as a Dask worker would."""
+"""Python 3.11 cannot build syntax trees in two threads at the same time, as a Dask worker would."""
 
 
 def flight_software() -> str:
@@ -76,7 +76,7 @@ def _imports(module: str, file: Path) -> Iterator[str]:
 
 
 def _source(name: str) -> Path | None:
-    """The source file of a module of this workspace; None: it is no module, but a name in one."""
+    """The source file of a module of this workspace; None if the name is not a module, but a name in one."""
     package, *parts = name.split(".")
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:

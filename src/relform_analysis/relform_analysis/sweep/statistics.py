@@ -1,4 +1,4 @@
-"""Honest statistics over many flights: every run is counted, and what a mean leaves out is said beside it."""
+"""Statistics over many flights: means over completed runs, and counts of all others beside them."""
 
 import math
 from collections import Counter
@@ -32,7 +32,7 @@ def aggregate(rows: Sequence[Mapping[str, Any]]) -> Json:
     """Statistics of the runs of one variant.
 
     Numbers are averaged over the completed runs, because a flight that ended early has none in its later
-    phases; how many these are, how many crashed or failed, and why, stands beside them.
+    phases. The numbers of completed, crashed and failed runs are beside them, with the reasons.
     """
     completed = [row for row in rows if row["outcome"] == Outcome.COMPLETED]
     outcomes = Counter(row["outcome"] for row in rows)
@@ -58,14 +58,14 @@ def aggregate(rows: Sequence[Mapping[str, Any]]) -> Json:
 def describe(values: Sequence[float]) -> Json:
     """Distribution of values, with the 95 % confidence interval of their mean (Student's t).
 
-    One value has neither a deviation, which is that of a sample, nor an interval.
+    The deviation is that of a sample; one value has neither a deviation nor an interval.
     """
     n = len(values)
     if n == 0:
         return {"n": 0, "mean": None, "std": None, "min": None, "p95": None, "max": None, "ci95": None}
     mean, deviation, interval = float(np.mean(values)), None, None
     if n > 1:
-        from scipy.special import stdtrit  # SciPy takes its time, which only who has values should wait for
+        from scipy.special import stdtrit  # imported here, because SciPy is slow to import
 
         deviation = float(np.std(values, ddof=1))
         half = float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2.0)) * deviation / math.sqrt(n)

@@ -1,4 +1,4 @@
-"""Local processes that work through calls; one that dies takes only its own call with it."""
+"""Local processes that run calls; a process that dies loses only its own call."""
 
 import multiprocessing
 import signal
@@ -12,19 +12,19 @@ from relform_core.errors import RelformError
 
 Result = TypeVar("Result")
 
-# Not a fork: that would inherit the threads and half the state of this process.
+# A fork would inherit the threads and locks of this process.
 _SPAWN = multiprocessing.get_context("spawn")
 
 
 class LocalProcesses(Executor):
     """An executor of `concurrent.futures` with a process per thread.
 
-    Unlike ProcessPoolExecutor, which gives up everything when one of its processes dies, it knows which call
-    that process was at, and goes on with a new one.
+    When a process dies, only its call fails, and a new process takes its place; a ProcessPoolExecutor would
+    fail all pending calls (docs/decisions/0014-sweep-workers.md).
     """
 
     def __init__(self, jobs: int) -> None:
-        """So many calls at once."""
+        """Run up to ``jobs`` calls at the same time."""
         self._workers = [_Worker() for _ in range(jobs)]
         self._idle: SimpleQueue[_Worker] = SimpleQueue()
         for worker in self._workers:
@@ -36,7 +36,7 @@ class LocalProcesses(Executor):
         return self._threads.submit(self._call, fn, args, kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End; with ``cancel_futures`` calls that are under way are ended, too."""
+        """End the processes; ``cancel_futures`` also ends running calls."""
         self._threads.shutdown(wait and not cancel_futures, cancel_futures=cancel_futures)
         for worker in self._workers:
             worker.kill()
@@ -61,7 +61,7 @@ class _Worker:
             self._connection, theirs = _SPAWN.Pipe()
             self._process = _SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
             self._process.start()
-            theirs.close()  # now only the process holds it, and its death ends the connection
+            theirs.close()  # now only the process holds it, so its death closes the connection
         try:
             self._connection.send((fn, args, kwargs))
             result: Result = self._connection.recv()
@@ -77,8 +77,8 @@ class _Worker:
 
 
 def _serve(connection: Connection) -> None:
-    """Answer calls until the other end is gone, be it that its process was killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the first one decides
+    """Answer calls until the other end is closed or its process has died."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the parent decides
     try:
         while True:
             fn, args, kwargs = connection.recv()
@@ -90,5 +90,5 @@ def _serve(connection: Connection) -> None:
 def _death(exit_code: int | None) -> str:
     if exit_code is not None and exit_code < 0:
         name = signal.Signals(-exit_code).name
-        return f"was killed by {name}" + (", perhaps for want of memory" if name == "SIGKILL" else "")
+        return f"was killed by {name}" + (", perhaps because memory ran out" if name == "SIGKILL" else "")
     return f"ended with exit code {exit_code}"

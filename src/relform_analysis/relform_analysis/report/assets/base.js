@@ -2,7 +2,7 @@
 
 const page = JSON.parse(document.getElementById("data").textContent);
 
-/** The values of a packed array; `shape` stays with the one who packed it. */
+/** The values of a packed array; the caller keeps its `shape`. */
 function unpack({ float32 }) {
   const bytes = Uint8Array.from(atob(float32), (character) => character.charCodeAt(0));
   return new Float32Array(bytes.buffer);
@@ -19,7 +19,7 @@ function make(parent, name, attributes = {}, text = null) {
   return parent.appendChild(node);
 }
 
-/** Index of the last value that is not beyond `x` in an increasing array; 0 if there is none. */
+/** Index of the last value up to `x` in an increasing array; 0 if there is none. */
 function indexAt(values, x) {
   let low = 0, high = values.length - 1;
   while (low < high) {

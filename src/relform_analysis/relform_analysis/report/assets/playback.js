@@ -16,7 +16,7 @@ class Playback {
     this.changed();
   }
 
-  /** By so many control steps, from the nearest one. */
+  /** Move by a number of control steps, from the nearest one. */
   step(count) {
     this.pause();
     this.seek(this.begin + (Math.round((this.time - this.begin) / this.period) + count) * this.period);
@@ -46,7 +46,7 @@ class Playback {
     let last = null;
     const frame = (now) => {
       if (!this.playing) return;
-      // A page that was in the background goes on where it was.
+      // A page that was in the background continues where it was.
       if (last !== null) this.time += this.speed * Math.min(now - last, 100) / 1000;
       last = now;
       if (this.time >= this.end) this.playing = false;
