@@ -119,7 +119,7 @@ def test_missing_cluster(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     for address in ("nonsense", "tcp://127.0.0.1:9"):
         assert main(arguments(tmp_path, 1, "--scheduler", address)) == 2
         (line,) = capsys.readouterr().err.strip().splitlines()
-        assert line.startswith(f"error: --scheduler {address}: no cluster answers there")
+        assert line.startswith(f"error: --scheduler {address}: no cluster answers")
 
 
 def test_without_dask(

@@ -1,4 +1,4 @@
-// What every script needs: data, elements, ticks of axes, and the theme.
+// Shared by all scripts: data, elements, ticks of axes, and the theme.
 
 const page = JSON.parse(document.getElementById("data").textContent);
 
@@ -38,7 +38,7 @@ function linearTicks(low, high, count) {
   return ticks;
 }
 
-/** Powers of ten between two positive bounds, not more than `count`; with 2 and 5 between where they are few. */
+/** Powers of ten between two positive bounds, not more than `count`; with 2 and 5 between if there are few. */
 function logTicks(low, high, count) {
   const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
   const every = Math.max(1, Math.ceil((last - first + 1) / count));

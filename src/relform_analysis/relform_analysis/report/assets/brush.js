@@ -1,16 +1,16 @@
-// Lines and words in space, as a camera sees them.
+// Draws lines and texts in space through a camera.
 
 class Brush {
   constructor(context) {
     this.context = context;
   }
 
-  /** From now on. */
+  /** Camera of everything drawn after this. */
   use(camera) {
     this.camera = camera;
   }
 
-  /** A line between two points, cut off at the camera. */
+  /** A line between two points, clipped at the camera. */
   segment(from, to) {
     let a = this.camera.see(...from), b = this.camera.see(...to);
     if (a[2] < NEAR && b[2] < NEAR) return;

@@ -10,7 +10,7 @@ class Camera {
     this.rectangle = { x: 0, y: 0, width: 1, height: 1 };
   }
 
-  /** To be called after any change. */
+  /** Call this after any change. */
   update() {
     const [cosA, sinA] = [Math.cos(this.azimuth), Math.sin(this.azimuth)];
     const [cosE, sinE] = [Math.cos(this.elevation), Math.sin(this.elevation)];
@@ -39,7 +39,7 @@ class Camera {
     return this.focal / Math.max(ahead, NEAR);
   }
 
-  /** Go where all the points, and not much else, are in view. */
+  /** Move so that the points fill the view. */
   fit(points, margin = 1.08) {
     this.target = [0, 1, 2].map((axis) => {
       const values = points.map((point) => point[axis]);

@@ -1,7 +1,7 @@
-// What a view of the flight shows: ground, paths, references, links coloured by their error, vehicles with their attitude.
+// Draws a view of the flight: ground, paths, references, links coloured by their error, vehicles with their attitude.
 
-const VEHICLE_PX = 9; // arm of a vehicle at least, so that it is seen from afar
-const LINKS_EVERY = 1; // [s] between the links that stay behind
+const VEHICLE_PX = 9; // arm of a vehicle at least, so that it is visible from far away
+const LINKS_EVERY = 1; // [s] between the links that remain drawn
 const TURN = Array.from({ length: 17 }, (_, index) => [Math.cos(index * Math.PI / 8), Math.sin(index * Math.PI / 8)]);
 
 class Drawing {
@@ -136,7 +136,7 @@ class Drawing {
     if (!small) this.onScreen = this.seats;
   }
 
-  /** Where the leader should be, and where it and the formation put the followers. */
+  /** Reference positions: of the leader, and of the followers by the formation. */
   drawReferences(poses, step, overview) {
     const { flight, context, colours } = this;
     const spots = [flight.reference.subarray(3 * step, 3 * step + 3)];

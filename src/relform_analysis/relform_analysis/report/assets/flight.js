@@ -1,11 +1,11 @@
-// The page of one flight: everything put together.
+// The page of one flight: connects playback, scene, plots and keys.
 
 const flight = new Flight(page);
 const playback = new Playback(flight.tick[0], Math.max(flight.tick.at(-1), flight.tick[0] + page.period), page.period);
 const plots = new Plots(byId("plots"), flight, playback);
 const timeline = new Timeline(byId("timeline"), flight, playback, plots);
 
-// What the colours mean, with the numbers of the moment.
+// The legend of the scene, with the numbers at the shown time.
 page.vehicles.forEach((name, vehicle) => {
   const row = make(byId("key"), "div");
   make(row, "i", { style: `background: var(--vehicle-${vehicle % 7})` });
@@ -95,5 +95,5 @@ addEventListener("keydown", (event) => {
 show("overview");
 playback.changed();
 
-// For tests and for curious people at the console.
+// For tests and for the console of the browser.
 window.relform = { flight, playback, plots, scene };

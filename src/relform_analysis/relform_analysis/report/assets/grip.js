@@ -1,4 +1,4 @@
-// The hand on the cameras of a scene: drag turns, shift and drag moves, ctrl and wheel zooms, a click on the small view
+// Pointer control of the cameras of a scene: drag turns, shift and drag moves, ctrl and wheel zooms, a click on the small view
 // exchanges the two.
 
 function attachGrip(scene) {

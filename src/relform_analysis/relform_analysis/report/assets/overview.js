@@ -1,8 +1,8 @@
-// From where to see a whole flight: spread out, and with little of it behind the legend and the small view.
+// Chooses the direction of the overview: the flight spread out, little of it behind the legend and the small view.
 
-const SIDES = 16, FIRST_SIDE = -0.75, OVERVIEW_ELEVATION = 0.42; // directions that are tried [rad]
-const COST_OF_HIDING = 4; // of the whole path, beside 1 for a picture as wide as the widest
-const WIDE_ENOUGH = 0.85; // of the widest: of sides like these the first one is taken
+const SIDES = 16, FIRST_SIDE = -0.75, OVERVIEW_ELEVATION = 0.42; // candidate directions [rad]
+const COST_OF_HIDING = 4; // cost of hiding the whole path; the widest picture gains 1
+const WIDE_ENOUGH = 0.85; // as a part of the widest; the first side this wide is taken
 const EVERY = 5; // instants between the points that stand for a path
 
 class Overview {
@@ -29,13 +29,13 @@ class Overview {
     return behind.length / this.team.length;
   }
 
-  /** How far the flight reaches from left to right [m]: looking along a path hides it behind itself. */
+  /** Width of the flight from left to right [m]: a view along a path hides the path behind itself. */
   width(camera) {
     const across = this.ground.map((point) => camera.see(...point)[0]);
     return Math.max(...across) - Math.min(...across);
   }
 
-  /** The azimuth of the best of all sides; of the corners, the small view will take the one where it hides least. */
+  /** The azimuth of the best side; the small view then takes the corner in which it hides least. */
   bestAzimuth(camera, margin, legend, corners) {
     const sides = Array.from({ length: SIDES }, (_, side) => {
       camera.azimuth = FIRST_SIDE + side * 2 * Math.PI / SIDES;

@@ -1,4 +1,4 @@
-// The one time that everything on the page shows.
+// The time that all parts of the page show.
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8];
 

@@ -1,4 +1,4 @@
-// Plots over time that share one cursor and one window: a zoom into one is a zoom into all.
+// Plots over time with a common cursor and a common window: a zoom into one zooms all.
 
 const PLOT_HEIGHT = 126, LEFT = 46, RIGHT = 10, TOP = 18, BOTTOM = 18;
 const WINDOW_MIN = 0.25; // [s]
@@ -94,7 +94,7 @@ class Plot {
     return PLOT_HEIGHT - BOTTOM - part * (PLOT_HEIGHT - TOP - BOTTOM);
   }
 
-  /** Smallest and largest value to be seen, of the lines in this window and of guides that are not far away. */
+  /** Smallest and largest value of the lines in this window and of near guides. */
   findRange(first, last) {
     let low = Infinity, high = -Infinity;
     const log = this.data.log;
@@ -194,7 +194,7 @@ class Plot {
     }
   }
 
-  // ---- the hand on the plot
+  // ---- pointer control
 
   listen() {
     const { svg, plots } = this, { playback } = plots;

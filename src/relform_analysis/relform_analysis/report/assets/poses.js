@@ -1,6 +1,6 @@
-// Where everything is at any time.
+// Poses of the vehicles at any time.
 
-/** Where everything is at a time between two instants of the data. */
+/** The flight, interpolated between the instants of its data. */
 class Flight {
   constructor(data) {
     this.data = data;

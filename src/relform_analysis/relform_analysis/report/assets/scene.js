@@ -17,7 +17,7 @@ class Scene {
     this.resize();
   }
 
-  // ---- what is where
+  // ---- layout
 
   resize() {
     const { width, height } = this.canvas.getBoundingClientRect();
@@ -49,7 +49,7 @@ class Scene {
     }
   }
 
-  /** Where the small view can be. */
+  /** Candidate places of the small view. */
   corners() {
     const width = Math.round(clamp(0.3 * this.width, 130, 230)), height = Math.round(clamp(0.36 * this.height, 100, 190));
     const x = this.width - width - 10;

@@ -12,7 +12,7 @@ class Strips {
     new ResizeObserver(() => this.draw()).observe(this.axis);
   }
 
-  /** The scale: of all values, logarithmic where variants are far apart, with the paper's number unless it is far off. */
+  /** The scale: of all values, logarithmic where variants are far apart, with the paper's number if that is near. */
   findRange() {
     const { claim, variants } = this.data;
     const values = variants.flatMap((variant) => variant?.values ?? []);
@@ -63,7 +63,7 @@ class Strips {
     make(svg, "rect", { class: "box", x: x(lower), y: 4, width: Math.max(x(upper) - x(lower), 1), height: ROW - 8, rx: 3 });
     make(svg, "line", { class: "median", x1: x(median), x2: x(median), y1: 4, y2: ROW - 4 });
     values.forEach((value, index) => {
-      // Apart from each other, and always in the same way: the golden ratio spreads any number of them evenly.
+      // The golden ratio spreads any number of dots evenly, the same way each time.
       const aside = ((seeds[index] * 0.618034) % 1 - 0.5) * (ROW - 11);
       const dot = make(svg, "circle", { class: "dot", cx: x(value), cy: middle + aside, r: 2.6, "data-seed": seeds[index] });
       dot.addEventListener("pointerenter", (event) => showSeed(event, seeds[index], page.variants[variant], this.data, value));

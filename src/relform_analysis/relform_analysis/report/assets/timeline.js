@@ -5,7 +5,7 @@ class Timeline {
     Object.assign(this, { flight, playback, plots, svg: parent.querySelector("svg"), slider: parent.querySelector("input") });
     Object.assign(this.slider, { min: playback.begin, max: playback.end, step: "any" });
     this.slider.addEventListener("input", () => playback.seek(this.slider.valueAsNumber));
-    // Arrow keys are handled for the whole page; the slider's own step would be another.
+    // The page handles the arrow keys, because the slider's own step differs from a control step.
     this.slider.addEventListener("keydown", (event) => { if (!["Tab"].includes(event.key)) event.preventDefault(); });
     playback.onChange(() => this.showTime());
     plots.listeners.push(() => this.draw());
