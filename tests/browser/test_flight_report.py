@@ -10,7 +10,7 @@ from playwright.sync_api import Locator, Page
 from scipy.spatial.transform import Rotation
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import formation_errors, scored_pairs
+from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_analysis.report.flight_page import write_flight_report
 from support.logs import perfect_builder, summary_of
 from support.scenarios import paper_scenario

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import formation_errors, scored_pairs, separation_min, tilts
+from relform_analysis.flight.metrics import separation_min, tilts
 from relform_analysis.flight.simulate import fly_in_process, simulate
+from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_controller.formation_controller import FormationController
 from relform_core.errors import ConfigError
 from relform_core.load import LoadedScenario

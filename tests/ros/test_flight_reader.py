@@ -16,6 +16,7 @@ from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_bags.writer import BagWriter
 from relform_core.errors import BagError
 from relform_core.names import CONFIG_ATTACHMENT
+from relform_core.roster import Controller
 from relform_core.telemetry import Event, FaultReported, PerStep
 from relform_msgs.msg import FormationReference, RelativePosition
 from relform_ros.commands import rotor_command_to_msg
@@ -119,6 +120,17 @@ def test_messages_and_core_types_make_the_same_log() -> None:
             np.testing.assert_array_equal(getattr(log, name), array, err_msg=name)
     for name, values in expected.solver.items():
         np.testing.assert_array_equal(log.solver[name], values, err_msg=name)
+
+
+def test_log_of_another_controller_comes_from_its_topics() -> None:
+    builder = FlightLogBuilder(SCENARIO)
+    takers = message_takers(builder, SCENARIO.config, Controller("escort", ("follower_1",)))
+    assert {"/escort/reference", "/escort/state", "/escort/solver", "/escort/events"} <= takers.keys()
+    assert not [topic for topic in takers if topic.startswith("/formation/")]
+    for vehicle in VEHICLES:
+        builder.add_ground_truth(vehicle, odometry(0, (1.0, -2.0, 3.0), 10.0))
+    takers["/escort/reference"](reference_to_msg(PerStep(0, 0, decision(0, "B").reference)))
+    assert builder.build().phase == ("B",)
 
 
 def test_message_that_cannot_be_used_is_one_line(tmp_path: Path) -> None:

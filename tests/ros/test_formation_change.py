@@ -9,7 +9,8 @@ import pytest
 from geometry_msgs.msg import Vector3 as Vector3Msg
 
 from relform_analysis.flight.from_bag import read_flight_log
-from relform_analysis.flight.metrics import formation_errors, scored_pairs, separation_min
+from relform_analysis.flight.metrics import separation_min
+from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_analysis.replay.from_bag import read_recorded_flight
 from relform_analysis.replay.replay import replay
 from relform_core.names import CONTROLLER_NODE, RECORDER_NODE, vehicle_node

@@ -13,7 +13,8 @@ from matplotlib.image import imread
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
-from relform_analysis.flight.metrics import flight_metrics, formation_errors, leader_errors, scored_pairs
+from relform_analysis.flight.metrics import flight_metrics
+from relform_analysis.flight.tracking_errors import formation_errors, leader_errors, scored_pairs
 from relform_analysis.plots.flight_picture import HEIGHT_PX, WIDTH_PX, draw_flight, flight_figure
 from relform_core.errors import FlightError
 from support.logs import odometry, perfect_builder

@@ -11,15 +11,17 @@ from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.metrics import (
     Distribution,
     flight_metrics,
+    separation_min,
+    settling_time,
+    steady_steps,
+    tilts,
+)
+from relform_analysis.flight.tracking_errors import (
     follower_yaw_errors,
     formation_errors,
     leader_errors,
     relative_positions,
     scored_pairs,
-    separation_min,
-    settling_time,
-    steady_steps,
-    tilts,
     yaw_of,
 )
 from relform_core.units import rpm_to_rad_s

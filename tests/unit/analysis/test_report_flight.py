@@ -11,14 +11,9 @@ import pytest
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
-from relform_analysis.flight.metrics import (
-    flight_metrics,
-    formation_errors,
-    leader_errors,
-    scored_pairs,
-    steady_steps,
-)
+from relform_analysis.flight.metrics import flight_metrics, steady_steps
 from relform_analysis.flight.summary import Ending, Outcome
+from relform_analysis.flight.tracking_errors import formation_errors, leader_errors, scored_pairs
 from relform_analysis.report.flight_page import flight_page, write_flight_report
 from relform_analysis.report.flight_source import ending_from_log
 from relform_analysis.report.packing import pack

@@ -13,8 +13,8 @@ from relform_analysis.evaluation.ablation_figure import draw_ablation
 from relform_analysis.evaluation.claims import of_variant
 from relform_analysis.evaluation.plan import COLD, FULL
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import follower_yaw_errors
 from relform_analysis.flight.summary import Json
+from relform_analysis.flight.tracking_errors import follower_yaw_errors
 from relform_analysis.flight.view_margins import view_margins
 from relform_analysis.plots.over_time import OtherFlights, draw_over_time, save
 from relform_analysis.plots.panels import Guide, Line, Panel, flight_panels

@@ -3,7 +3,6 @@
 import textwrap
 
 from relform_analysis.evaluation.claims import pair_key
-from relform_analysis.flight.metrics import scored_pairs
 from relform_analysis.flight.paper_claims import (
     FORMATION_STEADY_MAX_M,
     FORMATION_STEADY_MEAN_M,
@@ -11,6 +10,7 @@ from relform_analysis.flight.paper_claims import (
     SQP_STEPS,
 )
 from relform_analysis.flight.summary import Json
+from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_core.scenario_config import TeamConfig
 
 LINE = 136

@@ -6,9 +6,9 @@ from typing import Any
 
 from relform_analysis.evaluation.claims import compared_numbers, mean_of, of_variant, pair_key, targets, worst
 from relform_analysis.evaluation.plan import FULL, PAPER_TUNING
-from relform_analysis.flight.metrics import scored_pairs
 from relform_analysis.flight.paper_claims import FOOTNOTE, ComparedNumber
 from relform_analysis.flight.summary import Json
+from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_analysis.sweep.folder import write_table
 from relform_analysis.sweep.statistics import aggregate
 from relform_core.errors import RelformError

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import FlightMetrics, formation_errors, leader_errors, scored_pairs
+from relform_analysis.flight.metrics import FlightMetrics
 from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
 from relform_analysis.flight.phases import flown_phases, step_times
+from relform_analysis.flight.tracking_errors import formation_errors, leader_errors, scored_pairs
 from relform_analysis.plots.phase_marks import name_phases, shade_phases
 from relform_analysis.plots.style import (
     BAND,

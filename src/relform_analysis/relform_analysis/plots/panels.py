@@ -6,8 +6,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import follower_yaw_errors, formation_errors, leader_errors, scored_pairs
 from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
+from relform_analysis.flight.tracking_errors import (
+    follower_yaw_errors,
+    formation_errors,
+    leader_errors,
+    scored_pairs,
+)
 from relform_core.arrays import Array
 from relform_core.units import rad_s_to_rpm
 

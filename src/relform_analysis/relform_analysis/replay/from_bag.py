@@ -14,7 +14,8 @@ from relform_bags.message_types import message_class
 from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_core.errors import BagError, MessageError
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
-from relform_core.names import CONTROLLER_NODE, EVENTS, ROTOR_SPEEDS, vehicle_topic
+from relform_core.names import ROTOR_SPEEDS, vehicle_topic
+from relform_core.roster import Controller, Roster
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.telemetry import Event, FormationSet, ParametersSet, PerStep, StepDecided
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -38,7 +39,7 @@ def read_recorded_flight(path: Path, configuration: Path | str | None = None) ->
     found = find_configuration(bag, configuration)
     scenario = found.load()
     try:
-        recording = _Recording(bag, scenario.config)
+        recording = _Recording(bag, scenario.config, Roster.of(scenario.config).controllers[0])
         steps: list[RecordedStep] = []
         while (gap := recording.gap(len(steps))) is None:
             steps.append(recording.step(len(steps)))
@@ -50,10 +51,11 @@ def read_recorded_flight(path: Path, configuration: Path | str | None = None) ->
 
 
 class _Recording:
-    """The messages of a flight's controller, by topic and stamp."""
+    """The messages of a flight that one controller read and wrote, by topic and stamp."""
 
-    def __init__(self, bag: Path, config: ScenarioConfig) -> None:
+    def __init__(self, bag: Path, config: ScenarioConfig, controller: Controller) -> None:
         self._config = config
+        self._controller = controller
         self._messages: dict[tuple[str, int], tuple[str, bytes]] = {}
         self._decided: dict[int, StepDecided] = {}
         self._formations: dict[int, FormationSet] = {}
@@ -63,12 +65,12 @@ class _Recording:
             for vehicle in config.team.vehicles
             for sensor in config.sensors_of(vehicle)
         }
-        self._commands = {vehicle: vehicle_topic(vehicle, ROTOR_SPEEDS) for vehicle in config.team.vehicles}
-        for entry in read_bag(bag, {EVENTS, *self._sensors, *self._commands.values()}):
+        self._commands = {vehicle: vehicle_topic(vehicle, ROTOR_SPEEDS) for vehicle in controller.vehicles}
+        for entry in read_bag(bag, {controller.events, *self._sensors, *self._commands.values()}):
             if not isinstance(entry, BagMessage):
                 continue
             message = entry.type_name, entry.data
-            if entry.topic == EVENTS:
+            if entry.topic == controller.events:
                 self._add_event(event_from_msg(_deserialized(message), config.team))
             else:  # the controller, too, takes the first of two
                 self._messages.setdefault((entry.topic, raw_stamp_ns(entry.data)), message)
@@ -77,10 +79,14 @@ class _Recording:
         """Why this step cannot be replayed, in words; empty: the flight ended before; None: it can."""
         if step not in self._decided:
             if not self._decided:
-                return f"there is no control step on {EVENTS}"
+                return f"there is no control step on {self._controller.events}"
             if step < min(self._decided):
                 return f"the recording starts at control step {min(self._decided)}, and a replay at step 0"
-            return f"{self._named(step)} is not on {EVENTS}" if step < max(self._decided) else ""
+            return (
+                f"{self._named(step)} is not on {self._controller.events}"
+                if step < max(self._decided)
+                else ""
+            )
         inputs = self._decided[step].inputs
         for topic, _ in inputs:
             if topic not in self._sensors:
@@ -126,7 +132,7 @@ class _Recording:
         match event.value.content:
             case FormationSet() as formation:
                 self._formations[event.step] = formation
-            case ParametersSet() as parameters if event.value.source == CONTROLLER_NODE:
+            case ParametersSet() as parameters if event.value.source == self._controller.node:
                 self._parameters[event.step] = parameters
             case StepDecided() as decided:
                 self._decided[event.step] = decided

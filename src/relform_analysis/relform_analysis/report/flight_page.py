@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import formation_errors, scored_pairs
 from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, FORMATION_STEADY_MEAN_M
 from relform_analysis.flight.phases import flown_phases, step_times
 from relform_analysis.flight.summary import Json, Outcome
+from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_analysis.plots.panels import Panel, flight_panels, pair_label
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
 from relform_analysis.report.flight_source import unrecorded_topics

@@ -15,7 +15,7 @@ from rclpy.utilities import try_shutdown
 from relform_analysis.flight.from_bag import message_takers
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
-from relform_analysis.flight.metrics import formation_errors, scored_pairs
+from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_bringup.message_store import MessageStore
 from relform_core.load import LoadedScenario
 from relform_core.names import (
