@@ -1,12 +1,14 @@
 """How the ros2 command discovers the graph, and what it prints when nodes do not answer."""
 
 import signal
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from relform_cli.participants import discovery_ports
+from relform_cli import participants
+from relform_cli.participants import OpenPorts, discovery_ports
 from support.ros2_command import Answer, ask, live_nodes_process
 
 NODES = "/alpha/listener\n/alpha/talker\n"
@@ -59,3 +61,14 @@ def test_discovery_ports_of_one_domain(tmp_path: Path) -> None:
 
 def test_no_tables(tmp_path: Path) -> None:
     assert discovery_ports(3, tmp_path) == set()
+
+
+def test_a_port_is_open_until_it_can_be_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:
+        port = 7400 + 250 * 101 + 10  # of a domain that no test uses
+        program.bind(("", port))
+        ports = OpenPorts(101)
+        assert port in ports.update()
+        monkeypatch.setattr(participants, "discovery_ports", lambda _: set())  # a table that skips the entry
+        assert port in ports.update()
+    assert port not in ports.update()

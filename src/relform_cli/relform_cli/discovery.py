@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-from relform_cli.participants import discovered, discovery_ports, n_of_ros
+from relform_cli.participants import OpenPorts, discovered, n_of_ros
 
 QUIET_S = 0.5
 """A graph that has not changed for this long is taken for complete."""
@@ -40,14 +40,16 @@ def discover(
     Returns:
         What is known to be missing, or None.
     """
-    ports = discovery_ports(node.context.get_domain_id())
+    ports = OpenPorts(node.context.get_domain_id())
+    at_start = ports.update()
     if arguments.spin_time is not None:
         time.sleep(arguments.spin_time)
-        return missing(node, ports)
+        return missing(node, at_start & ports.update())
     start = since = time.monotonic()
     seen = None
     while True:
         now = time.monotonic()
+        running = ports.update()
         picture = _picture(node)
         if picture != seen:
             seen, since = picture, now
@@ -56,9 +58,10 @@ def discover(
         if is_found and quiet_s == 0.0:
             return None
         if is_found or now - start >= (longest_s if is_quiet else 2.0 * longest_s):
-            doubt = missing(node, ports)
-            if doubt is None or now - start >= longest_incomplete_s:
-                return doubt
+            if missing(node, running) is None:
+                return None
+            if now - start >= longest_incomplete_s:
+                return missing(node, at_start & running)
         time.sleep(POLL_PERIOD_S)
 
 
@@ -87,16 +90,11 @@ def _picture(node: Node) -> object:
 
 
 def missing(node: Node, ports: set[int]) -> str | None:
-    """What a node has not discovered yet, as far as it can be known; None if nothing.
-
-    Args:
-        ports: the discovery ports that were open when the search began; those of newcomers do not count.
-    """
-    n_running = len(ports & discovery_ports(node.context.get_domain_id()))
+    """What a node has not discovered yet of the processes with some discovery ports; None if nothing."""
     found = discovered(node)
-    n_silent = n_running - len(found.participants)
+    n_silent = len(ports) - len(found.participants)
     if n_silent > 0:
-        return f"{n_silent} of {n_running} ROS processes on this machine have not answered"
+        return f"{n_silent} of {len(ports)} ROS processes on this machine have not answered"
     if found.nameless:
         return f"{len(found.nameless)} ROS processes have not sent the names of all their nodes"
     return None

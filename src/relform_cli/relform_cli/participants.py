@@ -1,5 +1,6 @@
 """DDS participants, which hold the nodes: how many run on this machine, and which of them are discovered."""
 
+import socket
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,18 +24,42 @@ UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
 def discovery_ports(domain_id: int, tables: Path = Path("/proc/net")) -> set[int]:
     """UDP ports for discovery that are open on this machine: one for each participant of a domain.
 
-    Empty where the operating system has no such tables. A table is read in pieces, and an entry is skipped if
-    another program closes a socket in between; so each is read twice.
+    Empty where the operating system has no such tables. A table is read in pieces, so entries can be skipped
+    while other programs close sockets.
     """
     first = PORT_BASE + PORTS_PER_DOMAIN * domain_id + FIRST_OFFSET
     candidates = range(first, first + PORTS_PER_DOMAIN - FIRST_OFFSET, PORTS_PER_PARTICIPANT)
     ports = set()
-    for name in ("udp", "udp6", "udp", "udp6"):
+    for name in ("udp", "udp6"):
         with suppress(OSError):
             for line in (tables / name).read_text().splitlines()[1:]:
                 _, local_address, *_ = line.split()
                 ports.add(int(local_address.rpartition(":")[2], 16))
     return ports.intersection(candidates)
+
+
+class OpenPorts:
+    """The discovery ports of a domain that are open on this machine, without those that a table skips."""
+
+    def __init__(self, domain_id: int) -> None:
+        self._domain_id = domain_id
+        self._open: set[int] = set()
+
+    def update(self) -> set[int]:
+        """Look again; a port that the table no longer lists is closed only if it can be bound."""
+        listed = discovery_ports(self._domain_id)
+        self._open = listed | {port for port in self._open - listed if is_bound(port)}
+        return self._open
+
+
+def is_bound(port: int) -> bool:
+    """Whether a program of this machine uses a UDP port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("", port))
+        except OSError:
+            return True
+    return False
 
 
 @dataclass(frozen=True)
