@@ -3,9 +3,11 @@
 import time
 from collections.abc import Iterator
 
+import domain_coordinator
 import pytest
 import rclpy
 from rclpy.context import Context
+from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from relform_core.names import (
@@ -41,15 +43,18 @@ class Flight:
 
     def __init__(self, context: Context) -> None:
         table = topic_table(CONFIG, ROSTER)
+        self.nodes: list[Node] = []
         self._others = {}
         for full_name in (CLOCK_NODE, *map(vehicle_node, VEHICLES)):
             namespace, name = split_node_name(full_name)
             node = rclpy.create_node(name, namespace=namespace, context=context)
+            self.nodes.append(node)
             endpoints = self._others[full_name] = Endpoints(node, table)
             for topic in endpoints.readable:
                 endpoints.subscribe(topic.name, lambda message: None)
         namespace, name = split_node_name(CONTROLLER_NODE)
         node = rclpy.create_node(name, namespace=namespace, context=context)
+        self.nodes.append(node)
         self.pacing = LockstepPacing(node, Spinner(node), SCENARIO, ROSTER)
         self.pacing.read(SONAR, lambda msg: sonar_wire.from_msg(msg, "leader", VEHICLES))
         self.steps = self.pacing.steps()
@@ -80,10 +85,15 @@ class Flight:
 
 @pytest.fixture
 def flight() -> Iterator[Flight]:
-    context = Context()
-    rclpy.init(context=context)
-    yield Flight(context)
-    rclpy.shutdown(context=context)
+    """In its own domain: the executor of the pacing keeps its publishers open longer than the test lasts."""
+    with domain_coordinator.domain_id() as domain:
+        context = Context()
+        rclpy.init(context=context, domain_id=domain)
+        flight = Flight(context)
+        yield flight
+        for node in flight.nodes:
+            node.destroy_node()
+        rclpy.shutdown(context=context)
 
 
 def test_a_delayed_measurement_is_gathered_in_the_step_in_which_it_arrives(flight: Flight) -> None:

@@ -118,11 +118,16 @@ def make_node() -> Iterator[Callable[[str], Node]]:
     context = Context()
     rclpy.init(context=context)
 
+    nodes = []
+
     def make(full_name: str) -> Node:
         namespace, name = split_node_name(full_name)
-        return rclpy.create_node(name, namespace=namespace, context=context)
+        nodes.append(rclpy.create_node(name, namespace=namespace, context=context))
+        return nodes[-1]
 
     yield make
+    for node in nodes:
+        node.destroy_node()
     rclpy.shutdown(context=context)
 
 
