@@ -52,9 +52,11 @@ class FormationController:
         self._period_ns = config.period_ns
         self._thrust_coefficient = config.vehicle.thrust_coefficient
         self._config = config.controller
-        self._ocp = Ocp.from_config(config)
         self._mission = ScenarioMission(config) if mission is None else mission
         self._estimator = make_estimator(config) if estimator is None else estimator
+        self._ocp = dataclasses.replace(
+            Ocp.from_config(config), is_disturbed=self._estimator.estimates_disturbances
+        )
         hover_thrust = config.vehicle.hover_thrust
         terms = make_terms(self._ocp)
         kernels = Kernels(self._ocp, terms)

@@ -290,6 +290,8 @@ def test_a_request_while_the_start_is_waited_for_is_flown_from_the_start(flight:
 class HoldEstimator:
     """An estimator without a plan: what is lost stays as it was."""
 
+    estimates_disturbances = False
+
     def __init__(self) -> None:
         self._raw = RawEstimator(NAMES, np.radians(20.0), 0.05)
         self._before: Prediction | None = None

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_controller.estimation.estimator import TeamEstimate, Waiting
+from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting
 from relform_controller.estimation.team import TeamEstimator
+from relform_controller.formation_controller import FormationController
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_core.telemetry import Decision
-from support.flights import AGILE, record, replaced
+from support.flights import AGILE, all_speeds, decided, record, replaced
 from support.scenarios import paper_scenario
 
 
@@ -139,3 +140,23 @@ def test_an_outlier_is_ignored(flight: Flight) -> None:
     ]
     difference = last(flight, measured).geometry.p_I1I2_I1 - last(flight, flight.measured).geometry.p_I1I2_I1
     assert np.abs(difference).max() < 0.01
+
+
+def test_a_lost_message_is_named(flight: Flight) -> None:
+    whole = last(flight, flight.measured)
+    assert (whole.mode, whole.reason, any(whole.yaw_held)) == (EstimatorMode.MEASURED, "", False)
+    lost = replaced(flight.measured[-1], FOLLOWER, range_bearing=None)
+    partial = last(flight, [*flight.measured[:-1], lost])
+    assert (partial.mode, partial.reason) == (EstimatorMode.PREDICTED, "range_bearing of follower_1")
+    pairs = [(i, j) for i in range(3) for j in range(3) if i != j]
+    assert partial.yaw_held == tuple(1 in pair for pair in pairs)
+
+
+def test_it_can_be_injected(flight: Flight) -> None:
+    """Beside a configuration that names raw feedback; the prediction model then takes disturbances."""
+    injected = FormationController(SCENARIO.config, estimator=TeamEstimator(SCENARIO.config))
+    selected = FormationController(paper_scenario(AGILE, "controller.estimator=team", seed=3).config)
+    for measurements in flight.measured[:5]:
+        np.testing.assert_array_equal(
+            all_speeds([decided(injected, measurements)]), all_speeds([decided(selected, measurements)])
+        )

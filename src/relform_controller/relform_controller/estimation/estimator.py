@@ -1,5 +1,6 @@
 """The estimator seam: measurements of the team in, the start of the horizon out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -7,6 +8,9 @@ from typing import Protocol
 from relform_controller.ocp.problem import Prediction, TeamGeometry
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements
+
+_NAMED_MAX = 3
+"""How many things a reason names."""
 
 
 class EstimatorMode(StrEnum):
@@ -49,6 +53,10 @@ class Waiting:
 class Estimator(Protocol):
     """Turns the measurements of each control step into an estimate of the team."""
 
+    @property
+    def estimates_disturbances(self) -> bool:
+        """Whether the geometry of every estimate has disturbances, for the prediction model."""
+
     def update(
         self, measurements: TeamMeasurements, applied_thrusts: Array, predicted: Prediction | None
     ) -> TeamEstimate | Waiting:
@@ -62,3 +70,10 @@ class Estimator(Protocol):
         Returns:
             The estimate, or what it waits for. After its first estimate it no longer waits.
         """
+
+
+def listed(missing: Sequence[str]) -> str:
+    """The first things that are missing, and how many more; empty if nothing is."""
+    named = ", ".join(missing[:_NAMED_MAX])
+    more = len(missing) - _NAMED_MAX
+    return f"{named} and {more} more" if more > 0 else named

@@ -4,12 +4,11 @@ Position and yaw of each vehicle in its own {mi} are zero by definition; their m
 geometry. What was not measured is taken from the prediction of the last plan.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting
+from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting, listed
 from relform_controller.estimation.relative_yaw import (
     YawEstimate,
     propagate,
@@ -26,9 +25,6 @@ from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing
-
-_NAMED_MAX = 3
-"""How many things a reason names."""
 
 
 @dataclass
@@ -55,6 +51,8 @@ class RawEstimator:
         yaw_std_max: standard deviation beyond which a relative yaw counts as not observable [rad].
         period: control period [s].
     """
+
+    estimates_disturbances = False
 
     def __init__(self, vehicles: tuple[str, ...], yaw_std_max: float, period: float) -> None:
         n = len(vehicles)
@@ -97,7 +95,7 @@ class RawEstimator:
         if predicted is None:
             self._before_start = Prediction(states, geometry)
             if missing := [*gaps.unknown, *self._unknown_yaws(p_I1I2_I1)]:
-                return Waiting(_listed(missing))
+                return Waiting(listed(missing))
         lost = [*gaps.predicted, *gaps.unknown]
         return TeamEstimate(
             states,
@@ -105,7 +103,7 @@ class RawEstimator:
             np.array([estimate.variance for estimate in yaws]),
             held,
             EstimatorMode.PREDICTED if lost else EstimatorMode.MEASURED,
-            _listed(lost),
+            listed(lost),
         )
 
     def _state(self, index: int, vehicle: VehicleMeasurements, source: Prediction, gaps: _Gaps) -> Array:
@@ -177,9 +175,3 @@ class RawEstimator:
         """What vehicle i sees of vehicle j."""
         sights = vehicles[i].newest(RANGE_BEARING)
         return None if sights is None else sights.by_target.get(self._vehicles[j])
-
-
-def _listed(missing: Sequence[str]) -> str:
-    named = ", ".join(missing[:_NAMED_MAX])
-    more = len(missing) - _NAMED_MAX
-    return f"{named} and {more} more" if more > 0 else named

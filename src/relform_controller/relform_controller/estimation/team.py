@@ -1,15 +1,14 @@
 """The team estimator: a Kalman filter of all vehicles; measurements may be late, lost or wrong."""
 
 from bisect import bisect_left
-from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from relform_controller.estimation import team_model, team_monitor, team_noise
-from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting
+from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting, listed
 from relform_controller.estimation.team_filter import Belief, Innovation, TeamFilter
-from relform_controller.estimation.team_monitor import MonitorState
 from relform_controller.estimation.team_observation import ObservationBuilder
 from relform_controller.estimation.team_start import first_belief, first_states
 from relform_controller.ocp import layout
@@ -21,23 +20,23 @@ from relform_core.measurements import TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
-from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing
+from relform_core.sensors.optic_flow import OPTIC_FLOW
+from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing, RangeBearings
 from relform_core.sensors.sonar import SONAR
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 HISTORY_STEPS = 12
 """How many control periods a measurement may be late."""
-SLEW = 0.25
-"""How fast the leader's estimate approaches a localization that has jumped [m/s]."""
 
 
 @dataclass
 class _Instant:
-    """An instant of the recent past, with the belief and the memory before its measurements."""
+    """An instant of the recent past."""
 
     stamp_ns: int
-    prior: tuple[Belief, MonitorState] | None = None
-    """None: to be computed again, because of something that arrived late."""
+    prior: tuple[Belief, Array] | None = None
+    """Belief and ``team_monitor`` average before its measurements; None: to be computed again, because
+    something arrived late."""
     measured: dict[tuple[str, str], object] = field(default_factory=dict)
     """By (vehicle, sensor)."""
     thrusts: Array | None = None
@@ -54,6 +53,8 @@ class TeamEstimator:
         config: the scenario; of the vehicles the nominal values only.
     """
 
+    estimates_disturbances = True
+
     def __init__(self, config: ScenarioConfig) -> None:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
@@ -67,10 +68,13 @@ class TeamEstimator:
         self._noise = team_noise.ProcessNoise()
         self._builder = ObservationBuilder(self._vehicles, config.sensors.of(SONAR).range_std)
         self._yaw_variance_max = config.controller.relative_yaw_std_max**2
+        used = {sensor.name for sensor in (IMU, OPTIC_FLOW, SONAR, RANGE_BEARING, LOCALIZATION)}
+        self._sensors = {
+            name: [sensor.name for sensor in config.sensors_of(name) if sensor.name in used]
+            for name in self._vehicles
+        }
         self._instants: list[_Instant] = []
-        self._first: dict[str, Counter[str]] = {}
         self._sightings: dict[tuple[int, int], RangeBearing] = {}
-        self._posterior: Belief | None = None
 
     def update(
         self, measurements: TeamMeasurements, applied_thrusts: Array, predicted: Prediction | None
@@ -91,7 +95,7 @@ class TeamEstimator:
                         self._instant(measurement.stamp_ns).measured[name, sensor] = measurement
         belief = self._come_forward()
         self._forget(now_ns)
-        return self._estimate(belief)
+        return self._estimate(belief, self._instants[-1].measured)
 
     def _start(self, measurements: TeamMeasurements) -> Waiting | None:
         """Place all vehicles; what is missing for it, or None."""
@@ -110,8 +114,8 @@ class TeamEstimator:
         if states is None:
             return Waiting(missing)
         belief = first_belief(states, team_noise.START)
-        memory = MonitorState.initial(len(self._vehicles), len(self._pairs))
-        self._instants = [_Instant(measurements.arrival_ns, (belief, memory), thrusts=self._hover)]
+        no_drift = np.zeros((len(self._vehicles), 3))
+        self._instants = [_Instant(measurements.arrival_ns, (belief, no_drift), thrusts=self._hover)]
         return None
 
     def _instant(self, stamp_ns: int) -> _Instant:
@@ -138,31 +142,30 @@ class TeamEstimator:
             instant.prior = prior
             if instant.thrusts is not None:
                 thrusts = instant.thrusts
-            belief, memory = self._correct(*prior, instant, before)
+            belief, drift = self._correct(*prior, instant, before)
             if following is None:
                 return belief
             duration = (following.stamp_ns - instant.stamp_ns) / NANOSECONDS_PER_SECOND
             noise = self._noise.variances(
                 thrusts, duration, self._period_ns / NANOSECONDS_PER_SECOND, self._body
             )
-            prior = self._filter.predict(belief, thrusts, duration, noise), memory
+            prior = self._filter.predict(belief, thrusts, duration, noise), drift
             before = thrusts
         raise AssertionError("unreachable")
 
     def _correct(
-        self, belief: Belief, memory: MonitorState, instant: _Instant, thrusts: Array
-    ) -> tuple[Belief, MonitorState]:
-        """The belief and the memory after the measurements of an instant."""
+        self, belief: Belief, drift: Array, instant: _Instant, thrusts: Array
+    ) -> tuple[Belief, Array]:
+        """Belief and average of accelerometer innovations after the measurements of an instant."""
         observation = self._builder.build(instant.measured)
         innovation = self._filter.innovation(belief, thrusts, observation)
-        changed, memory = team_monitor.force_changes(innovation, memory)
+        changed, drift = team_monitor.force_changes(innovation, drift)
         if changed.any():
             belief = belief.inflated(np.outer(changed, team_noise.FORCE_CHANGE**2))
             innovation = self._filter.innovation(belief, thrusts, observation)
         seen = np.asarray(observation.sighting_weights.any(axis=(1, 2)))
-        rejected, memory = team_monitor.gate_sightings(innovation, seen, self._opposite, memory)
-        innovation = _without(innovation, rejected)
-        return self._filter.correct(belief, innovation), memory
+        rejected = team_monitor.outlying_sightings(innovation, seen, self._opposite)
+        return self._filter.correct(belief, _without(innovation, rejected)), drift
 
     def _forget(self, now_ns: int) -> None:
         horizon_ns = now_ns - HISTORY_STEPS * self._period_ns
@@ -171,41 +174,51 @@ class TeamEstimator:
             second.thrusts = first.thrusts if second.thrusts is None else second.thrusts
             del self._instants[0]
 
-    def _estimate(self, belief: Belief) -> TeamEstimate:
-        """The belief in the {mi} frames of the vehicles."""
+    def _estimate(self, belief: Belief, measured: Mapping[tuple[str, str], object]) -> TeamEstimate:
+        """The belief in the {mi} frames of the vehicles, and what was measured at its instant."""
         n = len(self._vehicles)
-        states = np.zeros((n, layout.N_STATE))
-        for state, filtered in zip(states, belief.states, strict=True):
-            R_IN = rotation_z(-float(filtered[layout.YAW]))
-            state[layout.VELOCITY] = R_IN @ filtered[layout.VELOCITY]
-            state[[layout.ROLL, layout.PITCH]] = filtered[[layout.ROLL, layout.PITCH]]
-            state[layout.RATE] = filtered[layout.RATE]
         p_NI_N, yaw_NI = belief.states[:, layout.POSITION], belief.states[:, layout.YAW]
+        R_IN = [rotation_z(-float(yaw)) for yaw in yaw_NI]
+        states = np.zeros((n, layout.N_STATE))
+        states[:, layout.RPY] = belief.states[:, layout.RPY]
+        states[:, layout.YAW] = 0.0
+        states[:, layout.RATE] = belief.states[:, layout.RATE]
+        acceleration_I = np.zeros((n, 3))
+        for vehicle, filtered in enumerate(belief.states):
+            states[vehicle, layout.VELOCITY] = R_IN[vehicle] @ filtered[layout.VELOCITY]
+            acceleration_I[vehicle] = R_IN[vehicle] @ filtered[team_model.DISTURBANCE]
         geometry = TeamGeometry(
-            p_I1I2_I1=np.array(
-                [rotation_z(-float(yaw_NI[i])) @ (p_NI_N[j] - p_NI_N[i]) for i, j in self._pairs]
-            ),
+            p_I1I2_I1=np.array([R_IN[i] @ (p_NI_N[j] - p_NI_N[i]) for i, j in self._pairs]),
             yaw_I1I2=np.array([wrap_angle(float(yaw_NI[j] - yaw_NI[i])) for i, j in self._pairs]),
             p_NI_N=p_NI_N[0].copy(),
             yaw_NI=float(yaw_NI[0]),
-            disturbances=Disturbances(
-                acceleration_I=np.array(
-                    [
-                        rotation_z(-float(filtered[layout.YAW])) @ filtered[team_model.DISTURBANCE]
-                        for filtered in belief.states
-                    ]
-                ),
-                thrust_scale=belief.states[:, team_model.THRUST_SCALE].copy(),
-            ),
+            disturbances=Disturbances(acceleration_I, belief.states[:, team_model.THRUST_SCALE].copy()),
         )
+        lost = [
+            f"{sensor} of {name}"
+            for name in self._vehicles
+            for sensor in self._sensors[name]
+            if (name, sensor) not in measured
+        ]
         return TeamEstimate(
             states,
             geometry,
             self._yaw_variances(belief),
-            (False,) * len(self._pairs),
-            EstimatorMode.MEASURED,
-            "",
+            self._held_yaws(measured),
+            EstimatorMode.PREDICTED if lost else EstimatorMode.MEASURED,
+            listed(lost),
         )
+
+    def _held_yaws(self, measured: Mapping[tuple[str, str], object]) -> tuple[bool, ...]:
+        """By pair, whether the two did not see each other at this instant."""
+        seen = {
+            (observer, target)
+            for (observer, _), bearings in measured.items()
+            if isinstance(bearings, RangeBearings)
+            for target in bearings.by_target
+        }
+        names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._pairs]
+        return tuple(not {(one, other), (other, one)} <= seen for one, other in names)
 
     def _yaw_variances(self, belief: Belief) -> Array:
         rows = belief.factor.reshape(len(self._vehicles), team_model.N_FILTER_STATE, -1)[:, layout.YAW]

@@ -1,12 +1,8 @@
-"""What the team filter must not believe, and when it must not believe itself.
+"""Which measurements the team filter rejects, and when its model of the forces is out of date.
 
 - Sightings that do not fit are rejected one by one (chi-square), unless both vehicles of a pair agree.
-- A run of rejections of one sighting means that the belief is wrong: the vehicle is found anew.
-- A jump of the localization is rejected for a while, then accepted: the whole team moves with it.
 - A change of the forces on a vehicle shows in its accelerometer: its disturbance may then change quickly.
 """
-
-from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -17,53 +13,38 @@ from relform_core.arrays import Array
 
 SIGHTING_GATE = 16.27
 """99.9 % of the chi-square distribution with three degrees of freedom."""
-LOCALIZATION_GATE = 100.0
 FORCE_GATE = 25.0
+"""For the squared accelerometer innovation of one instant."""
 DRIFT_GATE = 20.0
 """For the slow average of accelerometer innovations."""
 DRIFT_MEMORY = 0.7
-RUN_OF_REJECTIONS = 10
-"""Rejections in a row after which the belief is given up."""
+"""Share of the old average in the new one."""
 
 Mask = npt.NDArray[np.bool_]
-Counts = npt.NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class MonitorState:
-    """What is remembered from one instant to the next."""
+def force_changes(innovation: Innovation, drift: Array) -> tuple[Mask, Array]:
+    """Which vehicles' accelerometers show that the forces on them have changed, and the new average.
 
-    rejected_sightings: Counts
-    """Rejections in a row, shape (pair,)."""
-    rejected_localizations: int
-    """Rejections in a row."""
-    force_drift: Array
-    """Slow average of normalised accelerometer innovations, shape (vehicle, 3)."""
-
-    @classmethod
-    def initial(cls, n_vehicles: int, n_pairs: int) -> "MonitorState":
-        """Nothing was rejected yet."""
-        return cls(np.zeros(n_pairs, dtype=np.int64), 0, np.zeros((n_vehicles, 3)))
-
-
-def force_changes(innovation: Innovation, state: MonitorState) -> tuple[Mask, MonitorState]:
-    """Vehicles whose accelerometer says that the forces on them have changed, shape (vehicle,)."""
+    Args:
+        drift: slow average of the normalised accelerometer innovations, shape (vehicle, 3).
+    Returns:
+        Shapes (vehicle,) and (vehicle, 3).
+    """
     rows = innovation.own_rows[:, team_model.SPECIFIC_FORCE_ROWS]
     whitened = innovation.own[:, team_model.SPECIFIC_FORCE_ROWS]
     roots = np.linalg.cholesky(np.eye(3) + rows @ rows.swapaxes(1, 2))
     normalised = np.linalg.solve(roots, whitened[:, :, None])[:, :, 0]
-    drift = DRIFT_MEMORY * state.force_drift + (1.0 - DRIFT_MEMORY) * normalised
+    drift = DRIFT_MEMORY * drift + (1.0 - DRIFT_MEMORY) * normalised
     drift_scale = (1.0 + DRIFT_MEMORY) / (1.0 - DRIFT_MEMORY)  # the average has this much less variance
     changed: Mask = ((normalised**2).sum(axis=1) > FORCE_GATE) | (
         drift_scale * (drift**2).sum(axis=1) > DRIFT_GATE
     )
     drift[changed] = 0.0
-    return changed, replace(state, force_drift=drift)
+    return changed, drift
 
 
-def gate_sightings(
-    innovation: Innovation, seen: Mask, opposite: npt.NDArray[np.intp], state: MonitorState
-) -> tuple[Mask, MonitorState]:
+def outlying_sightings(innovation: Innovation, seen: Mask, opposite: npt.NDArray[np.intp]) -> Mask:
     """Which sightings to reject, shape (pair,).
 
     Args:
@@ -75,8 +56,7 @@ def gate_sightings(
     # Two vehicles that contradict the belief in the same way are right, and the belief is wrong.
     agree = outside & outside[opposite] & (_disagreement(innovation, opposite) < SIGHTING_GATE)
     rejected: Mask = outside & ~agree
-    counts = np.where(rejected, state.rejected_sightings + 1, np.where(seen, 0, state.rejected_sightings))
-    return rejected, replace(state, rejected_sightings=counts)
+    return rejected
 
 
 def _disagreement(innovation: Innovation, opposite: npt.NDArray[np.intp]) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from relform_controller.estimation import team_model
 from relform_controller.estimation.team_model import N_FILTER_STATE
 from relform_controller.ocp import layout
-from relform_controller.ocp.model import RigidBody
+from relform_controller.ocp.model import RigidBody, torque_by_thrusts
 from relform_core.arrays import Array
 
 
@@ -37,16 +37,8 @@ class ProcessNoise:
         Returns:
             Shape (vehicle, 16).
         """
-        front, left, back, right = thrusts.T
-        torque = np.stack(
-            [
-                body.arm_length * (left - right),
-                body.arm_length * (back - front),
-                body.torque_per_thrust * (front - left + back - right),
-            ],
-            axis=1,
-        )
-        rate_error = self.inertia * torque * duration / np.array(body.inertia)
+        torque_B = thrusts @ torque_by_thrusts(body).T
+        rate_error = self.inertia * torque_B * duration / np.array(body.inertia)
         share = duration / period
         added = np.zeros((len(thrusts), N_FILTER_STATE))
         added[:, layout.POSITION] = (0.01 * self.velocity) ** 2 * share  # keeps the covariance definite
@@ -85,5 +77,3 @@ START = per_state(
 """Of the first belief. The vehicles hover at the start, so their velocities are small."""
 FORCE_CHANGE = per_state(disturbance=0.5, thrust_scale=0.07)
 """Of a change of the forces on a vehicle, such as a gust or a failing rotor."""
-LOST_LINK = per_state(position=0.5, yaw=0.3)
-"""Of a vehicle of which nothing that is measured fits the belief."""

@@ -1,10 +1,13 @@
 """Prediction model of one quadrotor in its own {mi}, in CasADi (eqs. MPC_Dynamics1 to 4)."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import casadi as ca
+import numpy as np
 
 from relform_controller.ocp import layout
+from relform_core.arrays import Array
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import VehicleConfig
 
@@ -84,6 +87,16 @@ def torque_B(thrusts: ca.SX, body: RigidBody) -> ca.SX:
         body.arm_length * (back - front),
         body.torque_per_thrust * (front - left + back - right),
     )
+
+
+@cache
+def torque_by_thrusts(body: RigidBody) -> Array:
+    """Derivative of ``torque_B`` by the thrusts, a constant [m], shape (3, N_INPUT)."""
+    thrusts = ca.SX.sym("thrusts", layout.N_INPUT)
+    jacobian = ca.Function("torque", [], [ca.jacobian(torque_B(thrusts, body), thrusts)])
+    constant = np.array(jacobian()["o0"])
+    constant.flags.writeable = False  # every call returns the same array
+    return constant
 
 
 def net_acceleration_I(state: ca.SX, thrusts: ca.SX, body: RigidBody) -> ca.SX:

@@ -33,7 +33,7 @@ class Ocp:
     """Bounds on the thrust of each rotor [N]."""
     formation_pairs: FormationPairs
     is_disturbed: bool = False
-    """Whether the model takes disturbances into account."""
+    """Whether the model takes disturbances into account, which the estimator must then estimate."""
 
     @classmethod
     def from_config(cls, config: ScenarioConfig) -> "Ocp":
@@ -49,7 +49,6 @@ class Ocp:
             thrust_min=vehicle.thrust_coefficient * vehicle.rotor_speed_min**2,
             thrust_max=vehicle.thrust_coefficient * vehicle.rotor_speed_max**2,
             formation_pairs=config.controller.formation_pairs,
-            is_disturbed=config.controller.estimator != "raw",
         )
 
     @property

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from relform_controller.ocp import layout
-from relform_controller.ocp.model import torque_B
+from relform_controller.ocp.model import torque_by_thrusts
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
 from relform_core.arrays import Array
@@ -26,7 +25,7 @@ class Torque:
     def __init__(self, ocp: Ocp) -> None:
         self.n_items = ocp.n_vehicles
         self._n_stages = ocp.n_stages
-        self._by_thrusts = _torque_by_thrusts(ocp)
+        self._by_thrusts = torque_by_thrusts(ocp.body)
         # One product for all stages: else the last digits would differ from those of recorded flights.
         self._over_horizon = np.kron(np.eye(ocp.n_stages), self._by_thrusts)
 
@@ -44,9 +43,3 @@ class Torque:
         own_thrusts = expansion.guess.thrusts.reshape(self.n_items, -1)
         torques: Array = own_thrusts @ self._over_horizon.T
         return torques.reshape(self.n_items, self._n_stages, self.n_rows)
-
-
-def _torque_by_thrusts(ocp: Ocp) -> Array:
-    thrusts = ca.SX.sym("thrusts", layout.N_INPUT)
-    jacobian = ca.Function("torque", [], [ca.jacobian(torque_B(thrusts, ocp.body), thrusts)])
-    return np.array(jacobian()["o0"])
