@@ -105,9 +105,6 @@ def add_record_arguments(parser: ArgumentParser) -> None:
     _add_node_arguments(parser, option)
 
 
-ACK_WAIT_HELP = "Wait this long until the last messages arrive [ms]; 0: no limit."
-
-
 def _add_option(
     kind: type[Options], target: _ArgumentTarget, option: str, *flags: str, **details: Any
 ) -> None:
