@@ -68,7 +68,7 @@ class MadeUpPacing:
         step: int,
         fault: str = "",
         promised: Iterable[str] = (),
-        report: Mapping[str, object] | None = None,
+        report: Callable[[], Mapping[str, object]] = dict,
     ) -> None:
         assert not fault
 

@@ -7,6 +7,7 @@ import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from relform_analysis.flight.simulate import SimulatedStep, simulate
 from relform_controller.blas import one_blas_thread
@@ -17,7 +18,7 @@ from relform_ros.commands import rotor_command_from_msg, rotor_command_to_msg
 from relform_ros.odometry import odometry_to_msg
 from relform_ros.pacing import Gathered, Pacing, Stamped
 from relform_ros.sensors.wire import wire
-from relform_ros.telemetry import state_from_msg
+from relform_ros.telemetry import reference_from_msg, state_from_msg
 from relform_ros.topics import Topic
 from relform_sim.nodes.quadrotor import Quadrotor
 from support.nodes import short
@@ -68,7 +69,7 @@ class ScriptedPacing:
         step: int,
         fault: str = "",
         promised: Iterable[str] = (),
-        report: Mapping[str, object] | None = None,
+        report: Callable[[], Mapping[str, object]] = dict,
     ) -> None:
         assert not fault
         self.finished.append(step)
@@ -162,3 +163,29 @@ def test_a_controller_flies_a_script(
         (message,) = published[controller.state]
         assert bits(state_from_msg(message, VEHICLES).value) == bits(step.decision.state)
         assert {controller.solver, controller.reference, controller.events} < published.keys()
+
+
+def test_a_request_during_the_start_wait_is_kept(script: Script, make_node: Callable[[str], Node]) -> None:
+    """The controller waits for the leader's IMU when the formation is set by a parameter."""
+    (controller,) = ROSTER.controllers
+    without_imu = {topic: each for topic, each in script[0].items() if topic != "/leader/imu"}
+    node = make_node(CONTROLLER_NODE)
+    requested, parameter, shown = [-1.25, -0.75, -0.5], "formation.follower_1", []
+
+    class Looking(ScriptedPacing):
+        def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+            shown.append(list(node.get_parameter(parameter).value))
+            return super().gather(step, topics)
+
+    scripted = Looking([without_imu, *script[1:]])
+    with one_blas_thread():
+        logic = ControllerNode(node, SCENARIO, controller, scripted)
+        (result,) = node.set_parameters([Parameter(parameter, value=requested)])
+        assert result.successful
+        logic.run()
+    assert CONFIG.formations["initial"]["follower_1"] != tuple(requested)
+    assert shown == [requested] * len(script)
+    assert controller.state not in scripted.published[0]
+    (reference,) = scripted.published[1][controller.reference]
+    flown = reference_from_msg(reference, VEHICLES).value.formation["leader", "follower_1"]
+    assert flown.tolist() == requested

@@ -147,13 +147,13 @@ class LockstepPacing:
         step: int,
         fault: str = "",
         promised: Iterable[str] = (),
-        report: Mapping[str, object] | None = None,
+        report: Callable[[], Mapping[str, object]] = dict,
     ) -> None:
         """See ``Pacing``."""
         stamp_ns = step * self._period_ns
         if is_due(step, self._period_ns):
             rejections = self._endpoints.rejections
-            self.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, report or {}))
+            self.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, report()))
         self._promised = list(promised)
         self._sent += [(topic, stamp_ns) for topic in self._promised]
         self._send_done(step, stamp_ns, fault)
@@ -164,14 +164,18 @@ class LockstepPacing:
 
     def _wait(self, condition: Callable[[], bool]) -> None:
         while not condition():
-            self._spinner.once()
-            self._look_for_clock()
+            self._turn()
+
+    def _turn(self) -> None:
+        self._spinner.once()
+        self._look_for_clock()
 
     def _wait_for_announcements(self, step: int, topics: Iterable[str]) -> dict[str, dict[int, int]]:
         """Number of messages that were sent in a step on some topics, by topic and stamp [ns]."""
-        self._wait(lambda: self._announcements.sent(step) is not None)
+        while (sent := self._announcements.sent(step)) is None:
+            self._turn()
         due: dict[str, dict[int, int]] = {topic: {} for topic in topics}
-        for (topic, stamp_ns), number in (self._announcements.sent(step) or {}).items():
+        for (topic, stamp_ns), number in sent.items():
             if topic in due:
                 due[topic][stamp_ns] = number
         return due

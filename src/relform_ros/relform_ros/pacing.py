@@ -77,7 +77,7 @@ class Pacing(Protocol):
         step: int,
         fault: str = "",
         promised: Iterable[str] = (),
-        report: Mapping[str, object] | None = None,
+        report: Callable[[], Mapping[str, object]] = dict,
     ) -> None:
         """Report that this node has finished a step; to be called once in each step.
 
@@ -85,7 +85,7 @@ class Pacing(Protocol):
             fault: why the node cannot continue; empty: it can.
             promised: topics of messages that the node publishes after this call, one each, before its next
                 step; only observers may read them.
-            report: what the node adds to its diagnostics.
+            report: called for what the node adds to its diagnostics, in the steps that have some.
         """
 
     def leave(self) -> None:

@@ -47,12 +47,13 @@ class FlightRecorder:
 
     def _record(self, bag: OpenBag) -> None:
         pacing, chosen = self._pacing, self._options.selection
-        topics = [topic for topic in pacing.readable if chosen.takes(topic.name, _type_name(topic))]
-        for topic in topics:
-            pacing.watch(topic.name, partial(_take, bag, topic))
+        types = {topic.name: _type_name(topic) for topic in pacing.readable}
+        topics = {name: type_name for name, type_name in types.items() if chosen.takes(name, type_name)}
+        for name, type_name in topics.items():
+            pacing.watch(name, partial(_take, bag, name, type_name))
         for step in pacing.steps():
-            for topic in topics if step == 0 else ():  # the bag lists topics without messages, too
-                bag.add_topic(topic.name, _type_name(topic))
+            for name, type_name in topics.items() if step == 0 else ():  # also topics without messages
+                bag.add_topic(name, type_name)
             pacing.gather(step)
             if bag.is_full:
                 self._spinner.drain(QUIET_S)  # take the messages of nodes that this one does not wait for
@@ -65,9 +66,9 @@ class FlightRecorder:
             pacing.done(step)
 
 
-def _take(bag: OpenBag, topic: Topic, data: bytes, publish_time_ns: int) -> None:
-    bag.add_topic(topic.name, _type_name(topic))
-    bag.write(topic.name, data, raw_stamp_ns(data), publish_time_ns)
+def _take(bag: OpenBag, name: str, type_name: str, data: bytes, publish_time_ns: int) -> None:
+    bag.add_topic(name, type_name)
+    bag.write(name, data, raw_stamp_ns(data), publish_time_ns)
 
 
 def _type_name(topic: Topic) -> str:

@@ -45,7 +45,6 @@ class ControllerNode:
 
     def __init__(self, node: Node, scenario: LoadedScenario, me: Controller, pacing: Pacing) -> None:
         config = scenario.config
-        self._config = config
         self._team = config.team
         self._n_steps = config.n_steps
         self._period_ns = config.period_ns
@@ -63,10 +62,14 @@ class ControllerNode:
         self._waiting_for = ""
         """What the controller waits for at the start of the flight; empty: it does not wait."""
         self._pacing = pacing
-        for vehicle in me.vehicles:
-            for sensor in config.sensors_of(vehicle):
-                from_msg = partial(wire(sensor).from_msg, vehicle=vehicle, team=self._team.vehicles)
-                pacing.read(vehicle_topic(vehicle, sensor.name), from_msg)
+        self._topics = {
+            vehicle: [(sensor, vehicle_topic(vehicle, sensor.name)) for sensor in config.sensors_of(vehicle)]
+            for vehicle in me.vehicles
+        }
+        """The sensors of each vehicle, with their topics."""
+        for vehicle, sensors in self._topics.items():
+            for sensor, topic in sensors:
+                pacing.read(topic, partial(wire(sensor).from_msg, vehicle=vehicle, team=self._team.vehicles))
         node.create_service(SetFormation, "set_formation", self._on_set_formation)
 
     def run(self) -> None:
@@ -82,25 +85,23 @@ class ControllerNode:
             is_over = step == self._n_steps or gathered.faulty
             decision = None if is_over else self._decide(step, gathered.messages)
             promised = self._telemetry if isinstance(decision, Decision) else ()
-            self._pacing.done(step, promised=promised, report=self._report())
+            self._pacing.done(step, promised=promised, report=self._report)
             # The commands are out: the rest runs while the vehicles fly the interval.
             if isinstance(decision, Decision):
+                self._parameters.follow(by_formation_key(self._controller.formation))
                 self._publish_telemetry(decision, _stamps(gathered.messages))
                 self._controller.prepare_next()
 
     def _decide(self, step: int, messages: Mapping[str, tuple[Any, ...]]) -> Decision | Waiting:
         by_vehicle = {
             vehicle: VehicleMeasurements.collect(
-                (sensor, measurement)
-                for sensor in self._config.sensors_of(vehicle)
-                for measurement in messages.get(vehicle_topic(vehicle, sensor.name), ())
+                (sensor, measurement) for sensor, topic in sensors for measurement in messages.get(topic, ())
             )
-            for vehicle in self._me.vehicles
+            for vehicle, sensors in self._topics.items()
         }
         measurements = TeamMeasurements(step, step * self._period_ns, by_vehicle)
         self._apply_parameters(step)
         decision = self._controller.feedback(measurements)
-        self._parameters.follow(by_formation_key(self._controller.formation))
         self._next_step = step + 1
         if self._next_step == self._n_steps:
             self._parameters.close()

@@ -43,7 +43,7 @@ class Quadrotor:
         self._name = vehicle
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
-        self._sensors = config.sensors_of(self._name)
+        self._wires = [(sensor, wire(sensor)) for sensor in config.sensors_of(self._name)]
         self._vehicle = Vehicle(config, scenario.seed, self._name, make_link)
         self._parameters = LiveParameters(node, live_vehicle_values(scenario))
         self._pacing = pacing
@@ -72,7 +72,7 @@ class Quadrotor:
             fault = self._vehicle.fault(step, ground_truth) or ""
             if fault:
                 self._publish_event(step, FaultReported(fault))
-            self._pacing.done(step, fault, report=vars(self._vehicle.counts))
+            self._pacing.done(step, fault, report=lambda: vars(self._vehicle.counts))
 
     def _apply_parameters(self, step: int) -> None:
         """Apply what was changed since the last step, and publish it as an event."""
@@ -95,9 +95,9 @@ class Quadrotor:
         return {self._truth_topics[topic]: truth for topic, (truth,) in messages.items()}
 
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
-        for sensor in self._sensors:
+        for sensor, its_wire in self._wires:
             for measurement in measurements.arrived(sensor):
-                self._publish(sensor.name, wire(sensor).to_msg(measurement, self._name))
+                self._publish(sensor.name, its_wire.to_msg(measurement, self._name))
 
     def _publish_event(self, step: int, content: ParametersSet | FaultReported) -> None:
         event = PerStep(step, step * self._period_ns, Event(self._name, content))
