@@ -1,12 +1,9 @@
 """Lock-step of one node, among nodes that the test drives by hand."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
-import domain_coordinator
 import pytest
-import rclpy
-from rclpy.context import Context
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
@@ -14,7 +11,6 @@ from relform_core.names import (
     CLOCK,
     CLOCK_NODE,
     CONTROLLER_NODE,
-    split_node_name,
     step_done_topic,
     vehicle_node,
 )
@@ -28,6 +24,7 @@ from relform_ros.run_node import Spinner
 from relform_ros.sensors import sonar as sonar_wire
 from relform_ros.step_done import done_to_msg
 from relform_ros.topics import topic_table
+from support.ros_nodes import node_maker
 from support.scenarios import paper_scenario
 
 SCENARIO = paper_scenario()
@@ -41,21 +38,16 @@ SONAR = "/leader/sonar"
 class Flight:
     """The pacing of a controller; clock and vehicles do what the test says."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, make_node: Callable[[str], Node]) -> None:
         table = topic_table(CONFIG, ROSTER)
-        self.nodes: list[Node] = []
         self._others = {}
         for full_name in (CLOCK_NODE, *map(vehicle_node, VEHICLES)):
-            namespace, name = split_node_name(full_name)
-            node = rclpy.create_node(name, namespace=namespace, context=context)
-            self.nodes.append(node)
-            endpoints = self._others[full_name] = Endpoints(node, table)
+            endpoints = self._others[full_name] = Endpoints(make_node(full_name), table)
             for topic in endpoints.readable:
                 endpoints.subscribe(topic.name, lambda message: None)
-        namespace, name = split_node_name(CONTROLLER_NODE)
-        node = rclpy.create_node(name, namespace=namespace, context=context)
-        self.nodes.append(node)
-        self.pacing = LockstepPacing(node, Spinner(node), SCENARIO, ROSTER)
+        node = make_node(CONTROLLER_NODE)
+        self.spinner = Spinner(node)
+        self.pacing = LockstepPacing(node, self.spinner, SCENARIO, ROSTER)
         self.pacing.read(SONAR, lambda msg: sonar_wire.from_msg(msg, "leader", VEHICLES))
         self.steps = self.pacing.steps()
 
@@ -85,15 +77,10 @@ class Flight:
 
 @pytest.fixture
 def flight() -> Iterator[Flight]:
-    """In its own domain: the executor of the pacing keeps its publishers open longer than the test lasts."""
-    with domain_coordinator.domain_id() as domain:
-        context = Context()
-        rclpy.init(context=context, domain_id=domain)
-        flight = Flight(context)
+    with node_maker() as make:
+        flight = Flight(make)
         yield flight
-        for node in flight.nodes:
-            node.destroy_node()
-        rclpy.shutdown(context=context)
+        flight.spinner.close()
 
 
 def test_a_delayed_measurement_is_gathered_in_the_step_in_which_it_arrives(flight: Flight) -> None:

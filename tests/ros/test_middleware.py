@@ -4,18 +4,17 @@ import time
 from collections.abc import Iterator
 
 import pytest
-import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
 from std_msgs.msg import String
 
+from support.ros_nodes import node_maker
+
 
 @pytest.fixture
 def node(live_nodes: dict[str, str]) -> Iterator[Node]:
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=int(live_nodes["ROS_DOMAIN_ID"]))
-    yield rclpy.create_node("writer", context=context)
-    rclpy.shutdown(context=context)
+    with node_maker(int(live_nodes["ROS_DOMAIN_ID"])) as make:
+        yield make("/writer")
 
 
 def test_a_lost_acknowledgement_arrives_within_a_heartbeat(node: Node) -> None:

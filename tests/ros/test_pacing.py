@@ -4,15 +4,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import pytest
-import rclpy
-from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from relform_analysis.flight.simulate import SimulatedStep, simulate
 from relform_controller.blas import one_blas_thread
 from relform_controller.nodes.controller import ControllerNode
-from relform_core.names import CONTROLLER_NODE, split_node_name, vehicle_topic
+from relform_core.names import CONTROLLER_NODE, vehicle_topic
 from relform_core.roster import Roster
 from relform_ros.commands import rotor_command_from_msg, rotor_command_to_msg
 from relform_ros.odometry import odometry_to_msg
@@ -22,6 +20,7 @@ from relform_ros.telemetry import reference_from_msg, state_from_msg
 from relform_ros.topics import Topic
 from relform_sim.nodes.quadrotor import Quadrotor
 from support.nodes import short
+from support.ros_nodes import node_maker
 from support.scenarios import paper_scenario
 from support.wire import bits
 
@@ -116,20 +115,8 @@ def command_messages(step: SimulatedStep) -> dict[str, Any]:
 
 @pytest.fixture
 def make_node() -> Iterator[Callable[[str], Node]]:
-    context = Context()
-    rclpy.init(context=context)
-
-    nodes = []
-
-    def make(full_name: str) -> Node:
-        namespace, name = split_node_name(full_name)
-        nodes.append(rclpy.create_node(name, namespace=namespace, context=context))
-        return nodes[-1]
-
-    yield make
-    for node in nodes:
-        node.destroy_node()
-    rclpy.shutdown(context=context)
+    with node_maker() as make:
+        yield make
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)

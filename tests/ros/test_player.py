@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -22,6 +21,7 @@ from relform_bags.reader import BagMessage, bag_files, read_bag
 from relform_bags.split_limits import SplitLimits
 from relform_bags.writer import BagWriter
 from support.bags import header
+from support.ros_nodes import node_maker
 
 WORKSPACE = Path(__file__).parents[2]
 SHORT_FLIGHT = WORKSPACE / "tests/data/short_flight"
@@ -42,6 +42,9 @@ class Listener:
         node.create_subscription(Clock, "/clock", self._on_clock, DEEP)
         node.create_subscription(Imu, "/follower_1/imu", self._on_imu, DEEP)
 
+    def close(self) -> None:
+        self._executor.shutdown()
+
     def _on_clock(self, msg: Clock) -> None:
         self.ticks.append(msg.clock.sec * 1_000_000_000 + msg.clock.nanosec)
 
@@ -56,12 +59,10 @@ class Listener:
 
 @pytest.fixture
 def listener() -> Iterator[Listener]:
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    node = rclpy.create_node("listener", context=context)
-    yield Listener(node)
-    node.destroy_node()
-    rclpy.shutdown(context=context)
+    with node_maker() as make:
+        listener = Listener(make("/listener"))
+        yield listener
+        listener.close()
 
 
 Start = Callable[..., subprocess.Popen[str]]

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import rclpy
 from rclpy.node import Node
 from std_msgs.msg import Header
 
@@ -13,6 +12,7 @@ from relform_ros import run_node
 from relform_ros.qos import LATCHED, LOCKSTEP
 from relform_ros.raw import raw_stamp_ns, subscribe_raw
 from relform_ros.run_node import Spinner
+from support.ros_nodes import node_maker
 
 SECONDS = [3, 4, 5]
 
@@ -29,13 +29,14 @@ class DeafExecutor:
     def spin_once(self, timeout_sec: float) -> None:
         time.sleep(timeout_sec)
 
+    def shutdown(self) -> None:
+        pass
+
 
 @pytest.fixture
 def node() -> Iterator[Node]:
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    yield rclpy.create_node("reads_and_writes", context=context)
-    rclpy.shutdown(context=context)
+    with node_maker() as make:
+        yield make("/reads_and_writes")
 
 
 @pytest.mark.parametrize("deaf", [True, False])

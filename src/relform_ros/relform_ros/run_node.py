@@ -74,6 +74,10 @@ class Spinner:
             self._watch()
         self._spin_once(timeout_s)
 
+    def close(self) -> None:
+        """Release the node: until then it stays visible to others, even when it was destroyed."""
+        self._executor.shutdown()
+
     def drain(self, duration_s: float) -> None:
         """Run callbacks for a while, even after a signal."""
         deadline = time.monotonic() + duration_s

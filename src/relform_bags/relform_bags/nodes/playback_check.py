@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import rclpy
 from rclpy.context import Context
-from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from relform_bags.message_types import message_class
@@ -19,6 +18,7 @@ from relform_core.errors import BagError
 from relform_core.installed import executable
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.raw import subscribe_raw
+from relform_ros.run_node import Spinner
 
 QOS = QoSProfile(depth=10_000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SUBSCRIBERS_MAX_S = 30.0
@@ -79,31 +79,32 @@ def check_playback(bag: Path, rate: float) -> PlaybackCheck:
     heard: list[PlayedMessage] = []
     context = Context()
     rclpy.init(context=context)
+    node = rclpy.create_node("playback_check", context=context, enable_rosout=False)
+    spinner = Spinner(node)
     try:
-        node = rclpy.create_node("playback_check", context=context, enable_rosout=False)
         for topic, type_name in {message.topic: message.type_name for message in messages}.items():
 
             def take(data: bytes, publish_time_ns: int, topic: str = topic) -> None:
                 heard.append(PlayedMessage(topic, data, publish_time_ns))
 
             subscribe_raw(node, message_class(type_name), topic, take, QOS)
-        executor = EventsExecutor(context=context)
-        executor.add_node(node)
         options = PlayerOptions(str(bag), rate=rate, wait_s=SUBSCRIBERS_MAX_S, keyboard=False)
         player_path = executable("relform_bags", "player")
         command = [player_path, "--ros-args", "--log-level", "warn", *options.parameter_arguments()]
         with subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as player:
             while player.poll() is None:
-                executor.spin_once(timeout_sec=0.1)
+                spinner.once(0.1)
             _, errors = player.communicate()
         if player.returncode != 0:
             raise BagError(errors.strip())
         quiet_since, count = time.monotonic(), len(heard)
         while len(heard) < len(messages) and time.monotonic() < quiet_since + QUIET_S:
-            executor.spin_once(timeout_sec=0.1)
+            spinner.once(0.1)
             if len(heard) > count:
                 quiet_since, count = time.monotonic(), len(heard)
     finally:
+        spinner.close()
+        node.destroy_node()
         rclpy.shutdown(context=context)
     heard.sort(key=lambda message: message.publish_time_ns)
     return PlaybackCheck(tuple(messages), tuple(heard), rate)
