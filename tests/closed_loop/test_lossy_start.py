@@ -6,6 +6,8 @@ import pytest
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.simulate import fly_in_process, simulate
+from relform_analysis.flight.summary import Outcome
+from relform_analysis.report.flight_source import ending_from_log
 from relform_core.errors import FlightError
 from support.flights import AGILE
 from support.scenarios import paper_scenario, team_of
@@ -53,6 +55,7 @@ def test_while_the_controller_waits_the_vehicles_hold_height_and_position() -> N
     assert not log.faults
     assert log.phase == ("P",) * 10
     np.testing.assert_array_equal(log.leader_p_NB_N__ref[0], [0.0, 0.0, 2.0])
+    assert ending_from_log(log).outcome is Outcome.COMPLETED  # a late start is no early end
 
 
 def test_a_flight_that_cannot_start_ends_with_what_is_missing() -> None:

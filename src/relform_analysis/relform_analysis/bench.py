@@ -10,11 +10,9 @@ from rich.table import Table
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
-from relform_analysis.sweep.session import positive
 from relform_core.arrays import Array
 from relform_core.load import LoadedScenario, load_scenario
-from relform_core.script import CommandParser, command
-from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_core.script import CommandParser, command, positive
 
 
 @dataclass(frozen=True)
@@ -26,14 +24,9 @@ class Timed:
     """CPU time of this process [s]."""
 
     @property
-    def flown(self) -> float:
-        """Simulation time [s]."""
-        return float(self.log.tick_ns[-1]) / NANOSECONDS_PER_SECOND
-
-    @property
     def realtime_factor(self) -> float:
         """Real-time factor on an otherwise idle core."""
-        return self.flown / self.cpu_time
+        return self.log.flown / self.cpu_time
 
 
 @command
@@ -60,7 +53,8 @@ def _timed(scenario: LoadedScenario) -> Timed:
 def _table(scenario: LoadedScenario, flights: Sequence[Timed]) -> Table:
     n_vehicles = len(scenario.config.team.vehicles)
     title = (
-        f"{scenario.config.name}: {n_vehicles} vehicles, {len(flights)} flights of {flights[0].flown:.0f} s"
+        f"{scenario.config.name}: {n_vehicles} vehicles, "
+        f"{len(flights)} flights of {flights[0].log.flown:.0f} s"
     )
     table = Table(title=title, title_justify="left", box=None)
     for heading in ("", "median", "least", "most"):

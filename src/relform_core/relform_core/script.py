@@ -51,3 +51,11 @@ def print_error(error: object) -> None:
     """Print an error to stderr, each of its lines after ``error:``."""
     for line in str(error).splitlines():
         print(f"error: {line}", file=sys.stderr)
+
+
+def positive(text: str) -> int:
+    """A whole number of at least 1 on a command line."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"must be at least 1, not {number}")
+    return number

@@ -15,11 +15,11 @@ from relform_analysis.evaluation.tables import PAGE, write_tables
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.sweep.folder import SWEEP_FILE, SweepFolder
 from relform_analysis.sweep.plan import Run, load_variants
-from relform_analysis.sweep.session import executor_for, fly_shown, positive
+from relform_analysis.sweep.session import executor_for, fly_shown
 from relform_core.errors import RelformError
 from relform_core.exit_codes import EXIT_FAILURE
 from relform_core.installed import software_versions
-from relform_core.script import CommandParser, command, print_error
+from relform_core.script import CommandParser, command, positive, print_error
 
 FIGURES = {FULL: "figures", PAPER_TUNING: "figures-paper-tuning"}
 """Folder of the figures of each tuning."""

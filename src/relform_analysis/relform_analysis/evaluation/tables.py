@@ -11,7 +11,7 @@ from relform_analysis.flight.summary import Json
 from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_analysis.sweep.folder import write_table
 from relform_analysis.sweep.statistics import aggregate
-from relform_core.errors import RelformError
+from relform_core.atomic_file import write_atomically
 from relform_core.scenario_config import TeamConfig
 
 CLAIMS, ABLATION, PAGE = "claims.csv", "ablation.csv", "evaluation.md"
@@ -53,10 +53,7 @@ def write_tables(folder: Path, rows: Rows, report: Json, team: TeamConfig, few: 
         *_ablation_page(report["variants"], team),
         "",
     ])  # fmt: skip
-    try:
-        (folder / PAGE).write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise RelformError(f"{folder / PAGE}: cannot be written: {error.strerror}") from None
+    write_atomically(folder / PAGE, page)
     return page
 
 

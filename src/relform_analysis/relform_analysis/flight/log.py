@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from relform_core.arrays import Array, Integers
 from relform_core.load import LoadedScenario
+from relform_core.units import NANOSECONDS_PER_SECOND
 
 ROTORS = 4
 SOLVER_FIELDS = (
@@ -92,6 +93,11 @@ class FlightLog:
     def followers(self) -> tuple[int, ...]:
         """Indices of the followers among the vehicles, in team order."""
         return tuple(self.vehicles.index(name) for name in self.scenario.config.team.followers)
+
+    @property
+    def flown(self) -> float:
+        """Simulation time of the newest ground truth [s]."""
+        return float(self.tick_ns[-1]) / NANOSECONDS_PER_SECOND
 
     @property
     def step_ns(self) -> Integers:

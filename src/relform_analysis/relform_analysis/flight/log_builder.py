@@ -48,12 +48,10 @@ class FlightLogBuilder:
 
     Args:
         scenario: every vehicle that is named must be of its team.
-        reference: topic of the controller's reference, for the words of ``missing``.
     """
 
-    def __init__(self, scenario: LoadedScenario, reference: str = REFERENCE) -> None:
+    def __init__(self, scenario: LoadedScenario) -> None:
         self._scenario = scenario
-        self._reference = reference
         vehicles = scenario.config.team.vehicles
         self._index = {name: index for index, name in enumerate(vehicles)}
         self._ground_truth = {name: StampedRows(GROUND_TRUTH_COLUMNS) for name in vehicles}
@@ -130,9 +128,9 @@ class FlightLogBuilder:
             if not states.stamps:
                 return f"there is no message on {vehicle_topic(vehicle, GROUND_TRUTH)}"
         if not self._phases:
-            return f"there is no message on {self._reference}"
+            return f"there is no message on {REFERENCE}"
         if not self._ticks() & self._phases.keys():
-            return f"{self._reference} and the ground truth have no instant in common"
+            return f"{REFERENCE} and the ground truth have no instant in common"
         return None
 
     def build(self) -> FlightLog:

@@ -3,16 +3,19 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from relform_analysis.replay.replay import Replay, replay
 from relform_core.exit_codes import EXIT_FAILURE, EXIT_USAGE
 from relform_core.run_folder import CONFIG_FILE
 from relform_core.script import CommandParser, command
 from relform_core.units import rad_s_to_rpm
+
+if TYPE_CHECKING:
+    from relform_analysis.replay.replay import Replay
 
 EQUAL, DIFFERENT, TROUBLE = 0, EXIT_FAILURE, EXIT_USAGE
 
@@ -21,8 +24,9 @@ EQUAL, DIFFERENT, TROUBLE = 0, EXIT_FAILURE, EXIT_USAGE
 def main(arguments: Sequence[str] | None = None) -> int:
     """Replay a bag; returns the exit code."""
     options = _parser().parse_args(arguments)
-    # Needs ROS, the help does not.
+    # ROS and CasADi take a second to import, and the help does without them.
     from relform_analysis.replay.from_bag import read_recorded_flight
+    from relform_analysis.replay.replay import replay
 
     overrides = [f"controller={options.controller}"] if options.controller else []
     flight = read_recorded_flight(options.bag, options.config)
@@ -61,7 +65,7 @@ def _parser() -> CommandParser:
     return parser
 
 
-def _print(result: Replay, console: Console) -> None:
+def _print(result: "Replay", console: Console) -> None:
     steps = len(result.time)
     if result.identical:
         console.print(f"{steps} control steps: every command is equal, bit for bit", highlight=False)

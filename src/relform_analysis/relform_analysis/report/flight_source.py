@@ -13,21 +13,21 @@ from relform_bags.reader import read_attachments
 from relform_core.errors import RelformError
 from relform_core.names import ROTOR_SPEEDS, SOLVER, VERSIONS_ATTACHMENT, vehicle_topic
 from relform_core.run_folder import RunFolder
-from relform_core.units import NANOSECONDS_PER_SECOND
 
 Versions = Mapping[str, str | None]
 
 
 def ending_from_log(log: FlightLog) -> Ending:
     """How a flight ended, as far as its log shows."""
-    flown = float(log.tick_ns[-1]) / NANOSECONDS_PER_SECOND
-    planned = log.scenario.config.n_steps
+    config = log.scenario.config
     if log.faults:
-        return Ending(Outcome.FAULT, log.faults[0].description, 0.0, flown)
-    if len(log.phase) < planned:
-        reason = f"The recording ends after {len(log.phase)} of {planned} control steps."
-        return Ending(Outcome.INTERRUPTED, reason, 0.0, flown)
-    return Ending(Outcome.COMPLETED, None, 0.0, flown)
+        return Ending(Outcome.FAULT, log.faults[0].description, 0.0, log.flown)
+    # The last step counts, not their number: a flight that starts late has no first steps.
+    reached = int(log.step_ns[-1]) // config.period_ns + 1
+    if reached < config.n_steps:
+        reason = f"The recording ends after {reached} of {config.n_steps} control steps."
+        return Ending(Outcome.INTERRUPTED, reason, 0.0, log.flown)
+    return Ending(Outcome.COMPLETED, None, 0.0, log.flown)
 
 
 def unrecorded_topics(log: FlightLog) -> list[str]:

@@ -11,10 +11,10 @@ from rich.table import Table
 from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.sweep.folder import SWEEP_FILE, TABLE, SweepFolder
 from relform_analysis.sweep.plan import Variant, load_variants, plan_runs
-from relform_analysis.sweep.session import executor_for, fly_shown, positive
+from relform_analysis.sweep.session import executor_for, fly_shown
 from relform_core.exit_codes import EXIT_FAILURE
 from relform_core.installed import software_versions
-from relform_core.script import CommandParser, command
+from relform_core.script import CommandParser, command, positive
 
 DEFAULT_VARIANT = Variant(name="default", title="the scenario", set=())
 SHOWN = {

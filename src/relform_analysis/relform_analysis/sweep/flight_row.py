@@ -3,12 +3,12 @@
 import time
 
 from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.summary import Ending, Json, Outcome, build_summary
 from relform_analysis.sweep.plan import Run
 from relform_analysis.sweep.software import flight_software
 from relform_analysis.sweep.statistics import flatten
 from relform_core.errors import RelformError
-from relform_core.units import NANOSECONDS_PER_SECOND
 
 
 def fly(run: Run) -> tuple[Json, FlightLog | None]:
@@ -46,7 +46,6 @@ def _fly(run: Run) -> tuple[Json, FlightLog | None]:
             "the process that should fly it has other software than the process that planned it"
         )
     # Imported here, in the worker: the process that only plans and counts needs no CasADi.
-    from relform_analysis.flight.metrics import flight_metrics
     from relform_analysis.flight.simulate import fly_in_process
 
     begin = time.perf_counter()
@@ -55,6 +54,6 @@ def _fly(run: Run) -> tuple[Json, FlightLog | None]:
     outcome, reason = Outcome.COMPLETED, None
     if log.faults:
         outcome, reason = Outcome.FAULT, log.faults[0].description
-    ending = Ending(outcome, reason, wall_time, float(log.tick_ns[-1]) / NANOSECONDS_PER_SECOND)
+    ending = Ending(outcome, reason, wall_time, log.flown)
     summary = build_summary(run.scenario, flight_metrics(log), ending, versions={})
     return {**identity(run), **flatten(summary)}, log if run.keeps_log else None

@@ -1,6 +1,5 @@
 """A sweep on the terminal: its processes and its progress."""
 
-import argparse
 import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -22,14 +21,6 @@ from relform_analysis.sweep.plan import Run
 from relform_analysis.sweep.runs import fly_all, in_order, resume
 from relform_analysis.sweep.workers import LocalProcesses
 from relform_core.errors import RelformError
-
-
-def positive(text: str) -> int:
-    """A number of flights or processes on a command line."""
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"must be at least 1, not {number}")
-    return number
 
 
 @contextmanager
