@@ -7,12 +7,15 @@ from pathlib import Path
 
 from rich.console import Console
 
-from relform_analysis.flight.summary import Ending, Outcome
+from relform_analysis.flight.metrics import flight_metrics
+from relform_analysis.flight.summary import Ending, Outcome, build_summary, write_summary
+from relform_analysis.report.console import print_table
 from relform_bringup.create_folder import create_run_folder
 from relform_bringup.flight import Flight, FlownFlight, check_installation
 from relform_bringup.interruption import interruption_noted
 from relform_core.errors import RelformError
 from relform_core.exit_codes import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED
+from relform_core.installed import software_versions
 from relform_core.load import load_scenario
 from relform_core.ros_domain import claimed_domain
 from relform_core.run_folder import RunFolder
@@ -55,18 +58,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
-    # Imported here, because it would delay the start of the nodes.
-    from relform_analysis.flight.metrics import flight_metrics
-    from relform_analysis.flight.summary import build_summary, write_summary
-    from relform_analysis.report.console import print_table
-    from relform_core.installed import software_versions
-
     log = flown.log
     metrics = flight_metrics(log)
     summary = build_summary(log.scenario, metrics, flown.ending, software_versions())
     write_summary(folder.summary, summary)
     if log.phase:
         print_table(summary, console)
+        # Imported here, because both would delay the start of the nodes.
         from relform_analysis.report.flight_page import write_flight_report
 
         write_flight_report(folder.report, log, summary)

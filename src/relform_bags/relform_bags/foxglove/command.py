@@ -5,6 +5,8 @@ from pathlib import Path
 
 from relform_bags.reader import BagAttachment, BagMessage, find_bag, read_bag
 from relform_bags.writer import BagWriter
+from relform_core.errors import BagError
+from relform_core.names import GROUND_TRUTH
 from relform_core.script import CommandParser, command
 
 FOLDER = "foxglove"
@@ -37,11 +39,14 @@ def write_drawable_bag(source: Path, out: Path) -> None:
     Raises:
         BagError: the source cannot be read or has nothing to draw, or the copy cannot be written.
     """
-    from relform_bags.foxglove.from_bag import read_poses  # needs ROS, the help does not
+    from relform_bags.foxglove.from_bag import drawable_poses  # needs ROS, the help does not
 
     entries = list(read_bag(source))
     messages = [entry for entry in entries if isinstance(entry, BagMessage)]
-    messages += read_poses(source)
+    poses = list(drawable_poses(messages))
+    if not poses:
+        raise BagError(f"{source}: nothing to draw: the bag has no topic <vehicle>/{GROUND_TRUTH}")
+    messages += poses
     messages.sort(key=lambda message: message.log_time_ns)
     attachments = {entry.name: entry.text for entry in entries if isinstance(entry, BagAttachment)}
     with BagWriter(out, attachments) as writer:

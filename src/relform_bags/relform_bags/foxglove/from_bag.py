@@ -1,15 +1,13 @@
 """Positions of the vehicles from the bag of a flight, as PoseStamped and Path, which 3D views draw."""
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMsg
 from rclpy.serialization import deserialize_message, serialize_message
 
-from relform_bags.reader import BagMessage, read_bag
-from relform_core.errors import BagError
+from relform_bags.reader import BagMessage
 from relform_core.names import GROUND_TRUTH
 
 TRUTH, TRUTH_TYPE = f"/{GROUND_TRUTH}", "nav_msgs/msg/Odometry"
@@ -17,20 +15,16 @@ POSE, POSE_TYPE = "/pose", "geometry_msgs/msg/PoseStamped"
 PATH, PATH_TYPE = "/path", "nav_msgs/msg/Path"
 
 
-def read_poses(path: Path) -> Iterator[BagMessage]:
-    """For each vehicle its whole path, at its first log time, then its poses.
+def drawable_poses(messages: Iterable[BagMessage]) -> Iterator[BagMessage]:
+    """For each vehicle with ground truth its whole path, at its first log time, then its poses.
 
     Args:
-        path: the bag's file or folder, or the folder of the run.
-    Raises:
-        BagError: the bag does not exist, or has no ground truth.
+        messages: of the bag, in the order of recording.
     """
     truths: dict[str, list[BagMessage]] = {}
-    for entry in read_bag(path):
-        if isinstance(entry, BagMessage) and entry.topic.endswith(TRUTH) and entry.type_name == TRUTH_TYPE:
-            truths.setdefault(entry.topic.removesuffix(TRUTH), []).append(entry)
-    if not truths:
-        raise BagError(f"{path}: nothing to draw: the bag has no topic <vehicle>{TRUTH}")
+    for message in messages:
+        if message.topic.endswith(TRUTH) and message.type_name == TRUTH_TYPE:
+            truths.setdefault(message.topic.removesuffix(TRUTH), []).append(message)
     for vehicle, entries in truths.items():
         poses = [_pose(entry.data) for entry in entries]
         times = [(entry.log_time_ns, entry.publish_time_ns) for entry in entries]

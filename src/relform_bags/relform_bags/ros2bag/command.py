@@ -8,7 +8,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
-from relform_bags.info import format_information, read_information
 from relform_bags.options import Options, PlayerOptions, TopicRecorderOptions
 from relform_bags.ros2bag.arguments import add_info_arguments, add_play_arguments, add_record_arguments
 from relform_cli.commands import VerbParsers
@@ -27,6 +26,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def info(arguments: Namespace) -> None:
     """Print what a bag holds."""
+    from relform_bags.info import format_information, read_information  # slow; only this verb needs it
+
     try:
         information = read_information(arguments.bag_path)
     except RelformError as error:
@@ -43,13 +44,13 @@ def info(arguments: Namespace) -> None:
 
 def play(arguments: Namespace) -> int:
     """Publish the messages of a bag again."""
-    from relform_bags.nodes.player import main
-
     for rule in arguments.remap:
         if not all(rule.partition(":=")):
             raise _failure(f"remap rule '{rule}' is not of the form old_topic:=new_topic")
     options = _options(PlayerOptions, arguments, bag=str(arguments.bag_path))
     remappings = [argument for rule in arguments.remap for argument in ("-r", rule)]
+    from relform_bags.nodes.player import main
+
     return _run(main, "rosbag2_player", arguments.log_level, options, remappings)
 
 

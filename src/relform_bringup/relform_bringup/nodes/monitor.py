@@ -40,7 +40,7 @@ RECENT_STEPS = 3
 
 
 class Monitor:
-    """Sees every step whole. Messages are stored as they arrive, and decoded when they are needed."""
+    """Sees every step whole. Messages are stored serialized, and decoded when they are needed."""
 
     def __init__(
         self,
