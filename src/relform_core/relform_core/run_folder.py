@@ -1,4 +1,4 @@
-"""The layout of a run folder: the names of the files that a flight leaves behind. Paths only."""
+"""The layout of a run folder: the names of the files that a flight leaves behind."""
 
 from pathlib import Path
 

@@ -132,6 +132,10 @@ class ScenarioConfig(Schema):
             sensor for sensor in SENSORS if self.sensors.has(sensor) and (is_leader or not sensor.leader_only)
         )
 
+    def events_on(self, vehicle: str) -> tuple[Event, ...]:
+        """The events that hit a vehicle, in the order of the scenario."""
+        return tuple(event for event in self.events if event.target == vehicle)
+
     def formation_problem(self, formation: Mapping[str, Vector3]) -> str | None:
         """Why the team cannot fly a formation, as the end of a sentence about it; None if it can."""
         if unknown := sorted(set(formation) - set(self.team.followers)):

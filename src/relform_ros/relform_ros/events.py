@@ -14,6 +14,7 @@ from relform_core.telemetry import Event, FaultReported, FormationSet, Parameter
 from relform_msgs.msg import FormationEvent as FormationEventMsg
 from relform_msgs.msg import RelativePosition as RelativePositionMsg
 from relform_ros.fields import (
+    check_lengths,
     header_from_msg,
     header_to_msg,
     stamp_from_msg,
@@ -59,14 +60,14 @@ def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
     content: StepDecided | FormationSet | ParametersSet | FaultReported
     match msg.kind:
         case EventKind.STEP:
-            _check_lengths(msg, "input_topics", "input_stamps")
+            check_lengths(msg, "input_topics", "input_stamps")
             stamps_ns = map(stamp_from_msg, msg.input_stamps)
             inputs = tuple(zip(msg.input_topics, stamps_ns, strict=True))
             content = StepDecided(inputs, msg.sqp_steps, msg.description)
         case EventKind.SET_FORMATION:
             content = FormationSet(formation_from_msgs(msg.formation, team))
         case EventKind.SET_PARAMETERS:
-            _check_lengths(msg, "parameter_names", "parameter_values")
+            check_lengths(msg, "parameter_names", "parameter_values")
             content = ParametersSet(dict(zip(msg.parameter_names, msg.parameter_values, strict=True)))
         case EventKind.FAULT:
             content = FaultReported(msg.description)
@@ -111,11 +112,3 @@ def formation_from_msgs(msgs: Iterable[RelativePositionMsg], team: TeamConfig) -
     if missing := [follower for follower in team.followers if follower not in formation]:
         raise RejectionError(Reason.INVALID, f"formation has no position for '{missing[0]}'")
     return formation
-
-
-def _check_lengths(msg: FormationEventMsg, names: str, values: str) -> None:
-    lengths = len(getattr(msg, names)), len(getattr(msg, values))
-    if lengths[0] != lengths[1]:
-        raise RejectionError(
-            Reason.INVALID, f"{names} and {values} must have the same length (got {lengths[0]}, {lengths[1]})"
-        )

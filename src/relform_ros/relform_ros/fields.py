@@ -5,6 +5,7 @@ Here as in all conversions, ``*_to_msg`` trusts its argument and ``*_from_msg`` 
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -75,6 +76,19 @@ def check_frame(frame_id: str, expected: str, what: str) -> None:
     """
     if frame_id != expected:
         raise RejectionError(Reason.FOREIGN, f"{what} must be '{expected}' (got '{frame_id}')")
+
+
+def check_lengths(msg: Any, names: str, values: str) -> None:
+    """Compare the lengths of two fields of a message.
+
+    Raises:
+        RejectionError: they differ.
+    """
+    lengths = len(getattr(msg, names)), len(getattr(msg, values))
+    if lengths[0] != lengths[1]:
+        raise RejectionError(
+            Reason.INVALID, f"{names} and {values} must have the same length (got {lengths[0]}, {lengths[1]})"
+        )
 
 
 def vector_to_msg(vector: Array) -> Vector3Msg:

@@ -4,7 +4,7 @@ As in ``fields``, ``*_to_msg`` trusts its argument, ``*_from_msg`` raises ``Reje
 """
 
 from relform_msgs.msg import StepDone as StepDoneMsg
-from relform_ros.fields import header_to_msg
+from relform_ros.fields import check_lengths, header_to_msg
 from relform_ros.lockstep import JOINED, Done
 from relform_ros.rejection import Reason, RejectionError
 
@@ -32,11 +32,7 @@ def done_from_msg(msg: StepDoneMsg, node: str) -> Done:
         raise RejectionError(Reason.FOREIGN, f"node must be '{node}' (got '{msg.node}')")
     if msg.step < JOINED:
         raise RejectionError(Reason.INVALID, f"step must be at least {JOINED} (got {msg.step})")
-    if len(msg.sent) != len(msg.sent_stamps):
-        lengths = f"{len(msg.sent)}, {len(msg.sent_stamps)}"
-        raise RejectionError(
-            Reason.INVALID, f"sent and sent_stamps must have the same length (got {lengths})"
-        )
+    check_lengths(msg, "sent", "sent_stamps")
     return Done(
         node=msg.node,
         step=msg.step,

@@ -27,8 +27,7 @@ class Carrier:
     @classmethod
     def of(cls, config: ScenarioConfig, name: str) -> "Carrier":
         """The vehicle ``name``, which must be in the team."""
-        events = tuple(event for event in config.events if event.target == name)
-        return cls(name, config.team.vehicles, events)
+        return cls(name, config.team.vehicles, config.events_on(name))
 
     @property
     def is_leader(self) -> bool:

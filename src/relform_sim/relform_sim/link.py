@@ -70,7 +70,7 @@ def lossy_link(config: ScenarioConfig, name: str, streams: Streams) -> Link:
 
     The losses of a sensor draw from the stream of that sensor.
     """
-    events = [event for event in config.events if event.target == name]
+    events = config.events_on(name)
     dropouts = [event for event in events if isinstance(event, Dropout)]
     of_sensor = {
         sensor.name: Loss(

@@ -61,7 +61,7 @@ class Vehicle:
         self._carried = config.sensors_of(name)
         self._sensors = SensorSuite(config, name, streams)
         self._link = make_link(config, name, streams)
-        events = [event for event in config.events if event.target == name]
+        events = config.events_on(name)
         self._winds = [event for event in events if isinstance(event, Wind)]
         self._thrust_scales = [event for event in events if isinstance(event, ThrustScale)]
 

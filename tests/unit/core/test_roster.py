@@ -17,7 +17,7 @@ def test_one_controller_commands_the_vehicles_of_a_scenario_under_the_known_name
     (controller,) = roster.controllers
     assert controller.vehicles == roster.vehicles == ("leader", "follower_1", "follower_2")
     assert controller.node == names.CONTROLLER_NODE == "/formation/controller"
-    assert (controller.state, controller.solver) == (names.STATE, names.SOLVER)
+    assert (controller.state, controller.solver) == ("/formation/state", names.SOLVER)
     assert (controller.reference, controller.events) == (names.REFERENCE, names.EVENTS)
     assert roster.members[-2:] == ("/formation/controller", "/recorder")
 

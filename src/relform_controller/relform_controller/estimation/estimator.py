@@ -36,9 +36,13 @@ class TeamEstimate:
     """Of ``geometry.yaw_I1I2`` [rad^2], shape (pair,)."""
     yaw_held: tuple[bool, ...]
     """By pair: not measured in this step, propagated from the step before."""
-    mode: EstimatorMode
     reason: str
     """What was not measured, for people; empty if everything was."""
+
+    @property
+    def mode(self) -> EstimatorMode:
+        """How the estimate came about."""
+        return EstimatorMode.PREDICTED if self.reason else EstimatorMode.MEASURED
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,11 @@ class Waiting:
 
     reason: str
     """What is missing, for people."""
-    mode: EstimatorMode = EstimatorMode.WAITING
+
+    @property
+    def mode(self) -> EstimatorMode:
+        """That it waits."""
+        return EstimatorMode.WAITING
 
 
 class Estimator(Protocol):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting, listed
+from relform_controller.estimation.estimator import TeamEstimate, Waiting, listed
 from relform_controller.estimation.relative_yaw import (
     YawEstimate,
     propagate,
@@ -102,7 +102,6 @@ class RawEstimator:
             geometry,
             np.array([estimate.variance for estimate in yaws]),
             held,
-            EstimatorMode.PREDICTED if lost else EstimatorMode.MEASURED,
             listed(lost),
         )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from relform_controller.estimation import team_model, team_monitor, team_noise
-from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting, listed
+from relform_controller.estimation.estimator import TeamEstimate, Waiting, listed
 from relform_controller.estimation.team_filter import Belief, Innovation, TeamFilter
 from relform_controller.estimation.team_observation import ObservationBuilder
 from relform_controller.estimation.team_start import first_belief, first_states
@@ -205,7 +205,6 @@ class TeamEstimator:
             geometry,
             self._yaw_variances(belief),
             self._held_yaws(measured),
-            EstimatorMode.PREDICTED if lost else EstimatorMode.MEASURED,
             listed(lost),
         )
 

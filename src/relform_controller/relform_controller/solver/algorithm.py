@@ -18,12 +18,14 @@ class ModifiedRti:
 
     The first step of a flight iterates from a hover at the measured states until the KKT value is low. Every
     later step starts from the plan of the step before, shifted and transformed. If an SQP step fails, the
-    plan from before it is flown, and the next control step starts as the first one does.
+    plan from before it is flown, and the next control step starts as the first one does. In a step that
+    starts from a hover, the plan of the first SQP step is flown if only a later one fails.
 
     Args:
         ocp: the problem.
         solver: takes the SQP steps.
-        predict: (state, thrusts) -> (state one control period later,), of all vehicles.
+        predict: (state, thrusts, disturbance if there is one) -> (state one control period later,), of all
+            vehicles.
         config: limits on the number of SQP steps, tolerances, and the kind of warm start.
         hover_thrust: thrust of each rotor in the first guess [N].
         clock: monotonic time [s], for the reports and the time budget only.
@@ -73,7 +75,7 @@ class ModifiedRti:
         applied_thrusts: Array,
         sqp_steps: int | None = None,
     ) -> tuple[Plan, SolverReport]:
-        """The plan for one estimate; if an SQP step fails, the plan from before it.
+        """The plan for one estimate, or a fallback as the class describes it.
 
         Args:
             initial_states: state of each vehicle in its own {mi}, shape (vehicle, N_STATE).

@@ -33,7 +33,7 @@ class Kernels:
         acceleration in {mi} (3,), its derivatives by rpy (3, 3) and by thrusts (3, 4); per vehicle and stage
         0..N-1."""
         self.of_terms: Mapping[str, CompiledFunction] = loaded
-        """The functions of the terms, by name."""
+        """The functions of the terms, by name, beside the two above."""
 
 
 def _predict(ocp: Ocp) -> ca.Function:

@@ -104,7 +104,7 @@ class Term(Protocol):
 
     @property
     def is_own(self) -> bool:
-        """Whether item i depends on vehicle i alone; else items depend on several vehicles."""
+        """Whether there is one item per vehicle, which depends on that vehicle alone."""
 
     @property
     def is_constant(self) -> bool:

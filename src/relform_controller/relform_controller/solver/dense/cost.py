@@ -28,7 +28,7 @@ class _Rows:
 class CondensedCost:
     """The sum of weights * residual^2. The rows run over terms, then items, stages and residuals of each.
 
-    Terms that couple vehicles come first, in the order given.
+    Own terms of the vehicles come last; within both groups the order is the one given.
     """
 
     def __init__(self, ocp: Ocp, terms: Sequence[Term]) -> None:
