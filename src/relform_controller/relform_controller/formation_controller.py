@@ -21,7 +21,14 @@ from relform_core.errors import FlightError
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
-from relform_core.telemetry import Decision, PairEstimate, SolverReport, TeamReference, TeamState
+from relform_core.telemetry import (
+    Decision,
+    LeaderEstimate,
+    PairEstimate,
+    SolverReport,
+    TeamReference,
+    TeamState,
+)
 from relform_core.units import seconds_to_ns
 
 
@@ -167,7 +174,7 @@ class FormationController:
         speeds = np.sqrt(plan.thrusts[:, self._stage_of_interval] / self._thrust_coefficient)
         leader, formation = asked.leader, asked.p_B1B2_C1__target
         names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
-        geometry = estimate.geometry
+        geometry, covariances = estimate.geometry, estimate.covariances
         return Decision(
             step=measurements.step,
             stamp_ns=measurements.arrival_ns,
@@ -190,11 +197,16 @@ class FormationController:
                         yaw_I1I2=float(geometry.yaw_I1I2[pair]),
                         yaw_variance=float(estimate.yaw_variances[pair]),
                         yaw_held=estimate.yaw_held[pair],
+                        covariance=None if covariances is None else covariances.pairs[pair],
                     )
                     for pair, (observer, target) in enumerate(names)
                 ),
                 leader_position_error=float(np.linalg.norm(geometry.p_NI_N - leader.p_NB_N[0])),
                 leader_yaw_error=wrap_angle(geometry.yaw_NI - float(leader.yaw_NB[0])),
+                leader=LeaderEstimate(
+                    geometry.p_NI_N, geometry.yaw_NI, None if covariances is None else covariances.leader
+                ),
+                estimator=estimate.report,
             ),
             reference=TeamReference(
                 phase=asked.phase,

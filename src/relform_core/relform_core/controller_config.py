@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from relform_core.schema import NonNegative, Positive, Schema
 from relform_core.units import DEGREES
@@ -46,9 +46,20 @@ observed by the vehicle that comes first in team order.
 """
 
 
-EstimatorName = Literal["raw", "team"]
-"""Where the start of the horizon comes from. Raw feedback takes each state from one sensor, as in the
-paper."""
+class RawEstimatorConfig(Schema):
+    """Raw feedback: each state is taken from one sensor, as in the paper."""
+
+    kind: Literal["raw"]
+
+
+class TeamEstimatorConfig(Schema):
+    """A Kalman filter of the whole team."""
+
+    kind: Literal["team"]
+
+
+EstimatorConfig = Annotated[RawEstimatorConfig | TeamEstimatorConfig, Field(discriminator="kind")]
+"""Where the start of the horizon comes from."""
 
 
 class SolverConfig(Schema):
@@ -87,7 +98,7 @@ class ControllerConfig(Schema):
     formation_ramp: Annotated[NonNegative | None, Field(alias="formation_ramp_s")] = None
     """Only in recordings of older versions, in place of ``formation_change``: every change of formation takes
     this time [s], 0 is a step, and no change is refused for its path."""
-    estimator: EstimatorName = "raw"
+    estimator: EstimatorConfig = RawEstimatorConfig(kind="raw")
     start_wait_max: Annotated[NonNegative, Field(alias="start_wait_max_s")] = 5.0
     """How long the vehicles hover at the start of a flight while the controller waits for the measurements of
     its first estimate [s]; then the flight ends."""
@@ -111,6 +122,11 @@ class ControllerConfig(Schema):
         if self.stage_length < self.period:
             raise ValueError(f"stage_s {self.stage_length} must be at least period_s {self.period}")
         return self
+
+    @field_validator("estimator", mode="before")
+    @classmethod
+    def _estimator_by_name(cls, written: Any) -> Any:
+        return {"kind": written} if isinstance(written, str) else written
 
     @model_validator(mode="before")
     @classmethod

@@ -21,6 +21,7 @@ _REQUIREMENTS = {
     "less_than": "be less than {lt}",
     "less_than_equal": "be less than or equal to {le}",
     "literal_error": "be {expected}",
+    "model_attributes_type": "be a mapping of keys to values",
     "model_type": "be a mapping of keys to values",
     "string_pattern_mismatch": "match pattern '{pattern}'",
     "string_too_long": "have at most {max_length} characters",

@@ -48,6 +48,17 @@ class EventKind(IntEnum):
     SET_PARAMETERS = 3
 
 
+class EstimatorMode(IntEnum):
+    """How the estimate of a control step came about; the numbers of FormationState.msg."""
+
+    MEASURED = 0
+    """Everything that the estimator uses was measured in this step."""
+    PREDICTED = 1
+    """Something was not measured in this step, and a prediction stands in for it."""
+    DEGRADED = 2
+    """Something has been missing for so long, or contradicts so much, that the estimate is poorer."""
+
+
 class SolverState(IntEnum):
     """How a control step ended; the numbers of SolverStatus.msg."""
 

@@ -4,6 +4,7 @@ Times are integer nanoseconds of simulation time, everything else is SI and radi
 ``relform_core.measurements``; {mc} has the position and the yaw of a body, without its roll and pitch.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -11,7 +12,7 @@ from typing import Generic, TypeVar
 from relform_core.arrays import Array
 from relform_core.live_values import Value
 from relform_core.measurements import RotorCommand
-from relform_core.names import SolverState
+from relform_core.names import EstimatorMode, SolverState
 from relform_core.schema import Vector3
 
 T = TypeVar("T")
@@ -42,6 +43,36 @@ class PairEstimate:
     """[rad^2]; infinite where the yaw cannot be observed."""
     yaw_held: bool
     """Whether the yaw could not be measured in this step and was propagated with the gyros."""
+    covariance: Array | None = None
+    """Of p_B1B2_C1 and yaw_I1I2 [m, rad], shape (4, 4); None: unknown."""
+
+
+@dataclass(frozen=True, eq=False)
+class LeaderEstimate:
+    """The leader in the world as the controller sees it."""
+
+    p_NB_N: Array
+    """[m], shape (3,)."""
+    yaw_NB: float
+    """[rad]."""
+    covariance: Array | None
+    """Of p_NB_N and yaw_NB [m, rad], shape (4, 4); None: unknown."""
+
+
+@dataclass(frozen=True)
+class EstimatorReport:
+    """What the estimator did in one control step."""
+
+    mode: EstimatorMode
+    reason: str
+    """Why the mode is not MEASURED, for people; else empty."""
+    nis: float = math.nan
+    """Normalised innovation squared of the sightings that arrived in this step; NaN: the estimator has no
+    innovations, or nothing was seen."""
+    nis_dof: int = 0
+    """Degrees of freedom of its chi-square distribution."""
+    rejected: tuple[str, ...] = ()
+    """The measurements that did not fit and were not used, for people."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +87,10 @@ class TeamState:
     """Norm of measured minus reference position [m]."""
     leader_yaw_error: float
     """Measured minus reference yaw [rad], in (-pi, pi]."""
+    leader: LeaderEstimate | None = None
+    """None: recorded by an older version."""
+    estimator: EstimatorReport | None = None
+    """None: recorded by an older version."""
 
 
 @dataclass(frozen=True, eq=False)

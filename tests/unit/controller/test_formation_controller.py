@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
 from relform_controller.estimation.raw import RawEstimator
 from relform_controller.estimation.registry import make_estimator
+from relform_controller.estimation.team import TeamEstimator
 from relform_controller.formation_controller import FormationController
 from relform_controller.ocp.problem import Prediction
 from relform_controller.reference.mission import MissionReference, ScenarioMission
@@ -327,8 +328,10 @@ def test_another_estimator_can_be_injected(flight: Flight) -> None:
 
 
 def test_the_configuration_selects_the_estimator() -> None:
-    assert CONFIG.controller.estimator == "raw"
+    assert CONFIG.controller.estimator.kind == "raw"
     assert isinstance(make_estimator(CONFIG), RawEstimator)
+    for written in ("controller=team", "controller.estimator={kind: team}", "controller.estimator=team"):
+        assert isinstance(make_estimator(paper_scenario(written).config), TeamEstimator)
     with pytest.raises(ConfigError, match=r"controller\.estimator"):
         paper_scenario("controller.estimator=guess")
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting
+from relform_controller.estimation.estimator import TeamEstimate, Waiting
 from relform_controller.estimation.raw import RawEstimator
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Prediction, TeamGeometry
 from relform_core.measurements import TeamMeasurements
+from relform_core.names import EstimatorMode
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.sensors.range_bearing import RANGE_BEARING
@@ -39,7 +40,6 @@ class Raw:
     def missing(self, measurements: TeamMeasurements) -> str:
         estimate = self._estimator.update(measurements, APPLIED, None)
         assert isinstance(estimate, Waiting)
-        assert estimate.mode is EstimatorMode.WAITING
         return estimate.reason
 
 
@@ -86,7 +86,7 @@ def test_perfect_measurements_give_the_truth(seed: int) -> None:
         )
     np.testing.assert_allclose(raw.geometry.p_NI_N, team[0].p_NB_N)
     assert raw.geometry.yaw_NI == pytest.approx(team[0].yaw)
-    assert (raw.mode, raw.reason) == (EstimatorMode.MEASURED, "")
+    assert (raw.report.mode, raw.report.reason) == (EstimatorMode.MEASURED, "")
     assert not any(raw.yaw_held)
 
 
@@ -278,6 +278,6 @@ def test_before_the_start_the_newest_measurement_stands_in_for_a_lost_one() -> N
     found = raw.update(blinded(now, "follower_2", "leader"))
     assert_same(found, Raw().update(measure(team, NAMES)))
     np.testing.assert_array_equal(found.geometry.p_NI_N, team[0].p_NB_N)
-    assert found.mode is EstimatorMode.PREDICTED
-    assert found.reason == "range and bearing from follower_2 to leader, localization of the leader"
+    assert found.report.mode is EstimatorMode.PREDICTED
+    assert found.report.reason == "range and bearing from follower_2 to leader, localization of the leader"
     assert found.yaw_held == tuple({i, j} == {0, 2} for i, j in PAIRS)

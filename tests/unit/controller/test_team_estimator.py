@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_controller.estimation.estimator import EstimatorMode, TeamEstimate, Waiting
+from relform_controller.estimation.estimator import TeamEstimate, Waiting
 from relform_controller.estimation.team import TeamEstimator
 from relform_controller.formation_controller import FormationController
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_core.names import EstimatorMode
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_core.telemetry import Decision
@@ -144,10 +145,17 @@ def test_an_outlier_is_ignored(flight: Flight) -> None:
 
 def test_a_lost_message_is_named(flight: Flight) -> None:
     whole = last(flight, flight.measured)
-    assert (whole.mode, whole.reason, any(whole.yaw_held)) == (EstimatorMode.MEASURED, "", False)
+    assert (whole.report.mode, whole.report.reason, any(whole.yaw_held)) == (
+        EstimatorMode.MEASURED,
+        "",
+        False,
+    )
     lost = replaced(flight.measured[-1], FOLLOWER, range_bearing=None)
     partial = last(flight, [*flight.measured[:-1], lost])
-    assert (partial.mode, partial.reason) == (EstimatorMode.PREDICTED, "range_bearing of follower_1")
+    assert (partial.report.mode, partial.report.reason) == (
+        EstimatorMode.PREDICTED,
+        "range_bearing of follower_1",
+    )
     pairs = [(i, j) for i in range(3) for j in range(3) if i != j]
     assert partial.yaw_held == tuple(1 in pair for pair in pairs)
 

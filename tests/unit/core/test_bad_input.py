@@ -101,7 +101,7 @@ def replace_by(value: Any) -> Callable[[Any, Path_], None]:
     return replace
 
 
-OPTIONAL = {"formation_step"}
+OPTIONAL = {"estimator", "formation_step"}
 """Keys that a file may leave out."""
 
 

@@ -2,26 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Protocol
 
 from relform_controller.ocp.problem import Prediction, TeamGeometry
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements
+from relform_core.telemetry import EstimatorReport
 
 _NAMED_MAX = 3
 """How many things a reason names."""
 
 
-class EstimatorMode(StrEnum):
-    """How the estimate of one control step came about."""
+@dataclass(frozen=True, eq=False)
+class TeamCovariances:
+    """How well a ``TeamGeometry`` is known [m, rad]."""
 
-    MEASURED = "measured"
-    """Everything that the estimator uses was measured in this step."""
-    PREDICTED = "predicted"
-    """Something was not measured, and a prediction stands in for it."""
-    WAITING = "waiting"
-    """There is no estimate yet, so the flight has not started."""
+    pairs: Array
+    """Of each pair's p_I1I2_I1 and yaw_I1I2, shape (pair, 4, 4)."""
+    leader: Array
+    """Of p_NI_N and yaw_NI, shape (4, 4)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,16 +32,12 @@ class TeamEstimate:
     geometry: TeamGeometry
     """Where the {mi} frames lie. The leader's yaw may be off by whole turns."""
     yaw_variances: Array
-    """Of ``geometry.yaw_I1I2`` [rad^2], shape (pair,)."""
+    """Of ``geometry.yaw_I1I2`` [rad^2], shape (pair,); infinite: not observable."""
     yaw_held: tuple[bool, ...]
     """By pair: not measured in this step, propagated from the step before."""
-    reason: str
-    """What was not measured, for people; empty if everything was."""
-
-    @property
-    def mode(self) -> EstimatorMode:
-        """How the estimate came about."""
-        return EstimatorMode.PREDICTED if self.reason else EstimatorMode.MEASURED
+    report: EstimatorReport
+    covariances: TeamCovariances | None = None
+    """None: the estimator does not know them."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +46,6 @@ class Waiting:
 
     reason: str
     """What is missing, for people."""
-
-    @property
-    def mode(self) -> EstimatorMode:
-        """That it waits."""
-        return EstimatorMode.WAITING
 
 
 class Estimator(Protocol):

@@ -21,10 +21,12 @@ from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.ocp.problem import Prediction, TeamGeometry
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_core.names import EstimatorMode
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing
+from relform_core.telemetry import EstimatorReport
 
 
 @dataclass
@@ -97,12 +99,13 @@ class RawEstimator:
             if missing := [*gaps.unknown, *self._unknown_yaws(p_I1I2_I1)]:
                 return Waiting(listed(missing))
         lost = [*gaps.predicted, *gaps.unknown]
+        mode = EstimatorMode.PREDICTED if lost else EstimatorMode.MEASURED
         return TeamEstimate(
             states,
             geometry,
             np.array([estimate.variance for estimate in yaws]),
             held,
-            listed(lost),
+            EstimatorReport(mode, listed(lost)),
         )
 
     def _state(self, index: int, vehicle: VehicleMeasurements, source: Prediction, gaps: _Gaps) -> Array:

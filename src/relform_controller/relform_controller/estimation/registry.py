@@ -1,26 +1,15 @@
-"""The estimators by the names that ``controller.estimator`` may have."""
-
-from collections.abc import Callable, Mapping
+"""The estimators that ``controller.estimator`` may ask for."""
 
 from relform_controller.estimation.estimator import Estimator
 from relform_controller.estimation.raw import RawEstimator
 from relform_controller.estimation.team import TeamEstimator
-from relform_core.controller_config import EstimatorName
+from relform_core.controller_config import RawEstimatorConfig
 from relform_core.scenario_config import ScenarioConfig
-
-
-def _raw(config: ScenarioConfig) -> Estimator:
-    return RawEstimator(
-        config.team.vehicles, config.controller.relative_yaw_std_max, config.controller.period
-    )
-
-
-ESTIMATORS: Mapping[EstimatorName, Callable[[ScenarioConfig], Estimator]] = {
-    "raw": _raw,
-    "team": TeamEstimator,
-}
 
 
 def make_estimator(config: ScenarioConfig) -> Estimator:
     """The estimator that a scenario asks for, new."""
-    return ESTIMATORS[config.controller.estimator](config)
+    controller = config.controller
+    if isinstance(controller.estimator, RawEstimatorConfig):
+        return RawEstimator(config.team.vehicles, controller.relative_yaw_std_max, controller.period)
+    return TeamEstimator(config)

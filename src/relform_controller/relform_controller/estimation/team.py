@@ -6,23 +6,24 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from relform_controller.estimation import team_model, team_monitor, team_noise
+from relform_controller.estimation import team_geometry, team_monitor, team_noise
 from relform_controller.estimation.estimator import TeamEstimate, Waiting, listed
 from relform_controller.estimation.team_filter import Belief, Innovation, TeamFilter
 from relform_controller.estimation.team_observation import ObservationBuilder
 from relform_controller.estimation.team_start import first_belief, first_states
 from relform_controller.ocp import layout
-from relform_controller.ocp.frames import rotation_z, wrap_angle
 from relform_controller.ocp.model import RigidBody
-from relform_controller.ocp.problem import Disturbances, Prediction, TeamGeometry
+from relform_controller.ocp.problem import Prediction
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements
+from relform_core.names import EstimatorMode
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing, RangeBearings
 from relform_core.sensors.sonar import SONAR
+from relform_core.telemetry import EstimatorReport
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 HISTORY_STEPS = 12
@@ -176,36 +177,22 @@ class TeamEstimator:
 
     def _estimate(self, belief: Belief, measured: Mapping[tuple[str, str], object]) -> TeamEstimate:
         """The belief in the {mi} frames of the vehicles, and what was measured at its instant."""
-        n = len(self._vehicles)
-        p_NI_N, yaw_NI = belief.states[:, layout.POSITION], belief.states[:, layout.YAW]
-        R_IN = [rotation_z(-float(yaw)) for yaw in yaw_NI]
-        states = np.zeros((n, layout.N_STATE))
-        states[:, layout.RPY] = belief.states[:, layout.RPY]
-        states[:, layout.YAW] = 0.0
-        states[:, layout.RATE] = belief.states[:, layout.RATE]
-        acceleration_I = np.zeros((n, 3))
-        for vehicle, filtered in enumerate(belief.states):
-            states[vehicle, layout.VELOCITY] = R_IN[vehicle] @ filtered[layout.VELOCITY]
-            acceleration_I[vehicle] = R_IN[vehicle] @ filtered[team_model.DISTURBANCE]
-        geometry = TeamGeometry(
-            p_I1I2_I1=np.array([R_IN[i] @ (p_NI_N[j] - p_NI_N[i]) for i, j in self._pairs]),
-            yaw_I1I2=np.array([wrap_angle(float(yaw_NI[j] - yaw_NI[i])) for i, j in self._pairs]),
-            p_NI_N=p_NI_N[0].copy(),
-            yaw_NI=float(yaw_NI[0]),
-            disturbances=Disturbances(acceleration_I, belief.states[:, team_model.THRUST_SCALE].copy()),
-        )
+        states, geometry = team_geometry.states_and_geometry(belief)
+        covariances = team_geometry.covariances(belief, geometry)
         lost = [
             f"{sensor} of {name}"
             for name in self._vehicles
             for sensor in self._sensors[name]
             if (name, sensor) not in measured
         ]
+        mode = EstimatorMode.PREDICTED if lost else EstimatorMode.MEASURED
         return TeamEstimate(
             states,
             geometry,
-            self._yaw_variances(belief),
+            covariances.pairs[:, 3, 3],
             self._held_yaws(measured),
-            listed(lost),
+            EstimatorReport(mode, listed(lost)),
+            covariances,
         )
 
     def _held_yaws(self, measured: Mapping[tuple[str, str], object]) -> tuple[bool, ...]:
@@ -218,10 +205,6 @@ class TeamEstimator:
         }
         names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._pairs]
         return tuple(not {(one, other), (other, one)} <= seen for one, other in names)
-
-    def _yaw_variances(self, belief: Belief) -> Array:
-        rows = belief.factor.reshape(len(self._vehicles), team_model.N_FILTER_STATE, -1)[:, layout.YAW]
-        return np.array([float(((rows[j] - rows[i]) ** 2).sum()) for i, j in self._pairs])
 
 
 def _without(innovation: Innovation, rejected: team_monitor.Mask) -> Innovation:
