@@ -17,6 +17,10 @@ from relform_core.scenario_config import ScenarioConfig
 from support.scenarios import paper_scenario, team_of
 from support.world import Array, random_team
 
+HUMMINGBIRD = RigidBody.from_config(paper_scenario().config.vehicle)
+ARMS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""Directions of the rotors front, left, back, right."""
+
 
 @dataclass(frozen=True, eq=False)
 class Poses:
@@ -110,11 +114,19 @@ def simulate(ocp: Ocp, initial_states: Array, thrusts: Array) -> Array:
     return np.stack(states, axis=1)
 
 
+def effects(body: RigidBody) -> Array:
+    """Thrust divided by mass and angular accelerations by the thrusts, shape (4, 4)."""
+    torques = np.cross(body.arm_length * ARMS, [0.0, 0.0, 1.0]).T
+    torques[2] = body.torque_per_thrust * np.array([1.0, -1.0, 1.0, -1.0])
+    return np.concatenate([np.full((1, 4), 1.0 / body.mass), torques / np.array(body.inertia)[:, None]])
+
+
 def residual(problem: Problem, initial_states: Array, thrusts: Array) -> Array:
     """All residuals of eqs. CostFunc1 and CostFunc2 after a simulation, unweighted, shape (row,).
 
     Row by row: formation by pair and stage 1..N, position and yaw of the leader by stage 1..N; acceleration,
-    torque and change of thrust by vehicle and stage 0..N-1.
+    torque and change of thrust by vehicle and stage 0..N-1, the last two as a Hummingbird that accelerates
+    alike has them.
     """
     ocp, poses = problem.ocp, problem.poses
     states = simulate(ocp, initial_states, thrusts)
@@ -130,18 +142,11 @@ def residual(problem: Problem, initial_states: Array, thrusts: Array) -> Array:
         - problem.reference.p_B1B2_C1[pair]
         for pair, (i, j) in enumerate(ocp.pairs)
     ]
+    G, G0 = (effects(body) for body in (ocp.body, HUMMINGBIRD))
     total = thrusts.sum(axis=2)
     R_IB = Rotation.from_euler("ZYX", states[:, :-1, layout.RPY].reshape(-1, 3)[:, ::-1])
     thrust_I = R_IB.apply(np.outer(total.reshape(-1), [0.0, 0.0, 1.0])) / ocp.body.mass
-    front, left, back, right = np.moveaxis(thrusts, 2, 0)
-    torque = np.stack(
-        [
-            (left - right) * ocp.body.arm_length,
-            (back - front) * ocp.body.arm_length,
-            (front + back - left - right) * ocp.body.torque_per_thrust,
-        ],
-        axis=2,
-    )
+    torque = thrusts @ G[1:].T * HUMMINGBIRD.inertia
     before = np.concatenate([problem.applied_thrusts[:, None], thrusts[:, :-1]], axis=1)
     parts = [
         np.array(formation)[:, 1:],
@@ -149,7 +154,7 @@ def residual(problem: Problem, initial_states: Array, thrusts: Array) -> Array:
         (yaw_NB[0] - problem.reference.yaw_NB)[1:],
         thrust_I - [0.0, 0.0, 9.81],
         torque,
-        thrusts - before,
+        (thrusts - before) @ np.linalg.solve(G0, G).T,
     ]
     return np.concatenate([np.asarray(part).reshape(-1) for part in parts])
 
@@ -162,7 +167,7 @@ def weights(problem: Problem) -> Array:
     last[-1] = w.terminal_scale
     return np.concatenate(
         [
-            np.broadcast_to(w.formation * last[:, None], (n_pairs, n_stages, 3)).reshape(-1),
+            np.broadcast_to(2.0 / (n - 1) * w.formation * last[:, None], (n_pairs, n_stages, 3)).reshape(-1),
             np.broadcast_to(w.leader_position * last[:, None], (n_stages, 3)).reshape(-1),
             w.leader_yaw * last,
             np.full(n * n_stages * 3, w.acceleration),

@@ -12,7 +12,11 @@ WEIGHT_MAX = 1e6
 
 
 class WeightsConfig(Schema):
-    """Weights of eqs. CostFunc1 and CostFunc2, each on the squared norm of its term."""
+    """Weights of eqs. CostFunc1 and CostFunc2, each on the squared norm of its term.
+
+    They are those of a team of three Hummingbirds; other teams and vehicles scale their terms
+    (docs/decisions/0015).
+    """
 
     formation: Annotated[float, Field(alias="formation_per_m2", gt=0.0, le=WEIGHT_MAX)]
     """Weight on the error of each ordered pair's relative position in {mc_i}."""

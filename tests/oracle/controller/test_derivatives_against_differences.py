@@ -88,11 +88,21 @@ def test_derivatives_of_one_stage(seed: int, n_vehicles: int) -> None:
         np.testing.assert_allclose(B[:, :, column], slope, atol=1e-7)
 
 
+ANOTHER_VEHICLE = (
+    "vehicle.mass_kg=0.5",
+    "vehicle.inertia_kg_m2=[0.003, 0.004, 0.006]",
+    "vehicle.arm_length_m=0.12",
+    "vehicle.torque_coefficient_nm_s2=2.0e-7",
+)
+
+
+@pytest.mark.parametrize("vehicle", [(), ANOTHER_VEHICLE], ids=["hummingbird", "another_vehicle"])
 @pytest.mark.parametrize(("seed", "n_vehicles"), CASES)
-def test_residuals_and_their_gauss_newton_jacobian(seed: int, n_vehicles: int) -> None:
-    problem = random_problem(
-        seed, n_vehicles, "controller.horizon_steps=6", "controller.weights.thrust_rate_per_n2=0.7"
-    )
+def test_residuals_and_their_gauss_newton_jacobian(
+    seed: int, n_vehicles: int, vehicle: tuple[str, ...]
+) -> None:
+    overrides = ("controller.horizon_steps=6", "controller.weights.thrust_rate_per_n2=0.7", *vehicle)
+    problem = random_problem(seed, n_vehicles, *overrides)
     guess = feasible_guess(problem, seed)
     linearized = linearize(problem, guess)
     found = linearized.residual(problem, np.zeros_like(guess.states))

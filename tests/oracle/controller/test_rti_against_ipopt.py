@@ -78,7 +78,7 @@ def cost(problem: Problem, geometry: TeamGeometry, X: list[list[ca.SX]], U: list
         at_k = ca.SX(0)
         for pair, (i, j) in enumerate(problem.ocp.pairs):
             p = relative_position(X[i][k], X[j][k], geometry.p_I1I2_I1[pair], float(geometry.yaw_I1I2[pair]))
-            at_k += w.formation * ca.sumsqr(p - reference.p_B1B2_C1[pair, k])
+            at_k += 2.0 / (len(X) - 1) * w.formation * ca.sumsqr(p - reference.p_B1B2_C1[pair, k])
         leader = X[0][k]
         x, y = turn(geometry.yaw_NI, leader[0], leader[1])
         p_NB_N = ca.vertcat(x, y, leader[2]) + geometry.p_NI_N

@@ -8,6 +8,7 @@ import numpy as np
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import rotation_z
 from relform_controller.ocp.problem import Ocp, TeamGeometry
+from relform_controller.ocp.scaling import formation_scale
 from relform_controller.ocp.terms.stages import with_terminal_scale
 from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
 from relform_core.arrays import Array
@@ -31,10 +32,11 @@ class Formation:
         self._n_stages = ocp.n_stages
         self._observers = np.array([i for i, _ in ocp.pairs])
         self._targets = np.array([j for _, j in ocp.pairs])
-        self._shares = np.array([float(ocp.in_formation_cost(i, j)) for i, j in ocp.pairs])
+        shares = np.array([float(ocp.in_formation_cost(i, j)) for i, j in ocp.pairs])
+        self._shares = formation_scale(ocp) * shares
 
     def weights(self, weights: WeightsConfig) -> Array:
-        """See ``Term``; zero for pairs that are left out."""
+        """See ``Term``; scaled by the size of the team (``scaling``), zero for pairs that are left out."""
         by_stage = with_terminal_scale(weights.formation, weights, self._n_stages)
         return self._shares[:, None, None] * by_stage[:, None]
 

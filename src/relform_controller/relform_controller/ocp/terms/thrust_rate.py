@@ -7,13 +7,17 @@ import numpy as np
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
+from relform_controller.ocp.scaling import thrust_scale
 from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
 
 class ThrustRate:
-    """Thrusts minus those of the interval before [N], shape (vehicle, stage 0..N-1, N_INPUT)."""
+    """Thrusts minus those of the interval before, scaled by G_0^-1 G (``scaling``) [N].
+
+    Shape (vehicle, stage 0..N-1, N_INPUT).
+    """
 
     name = "thrust_rate"
     n_rows = layout.N_INPUT
@@ -25,6 +29,7 @@ class ThrustRate:
     def __init__(self, ocp: Ocp) -> None:
         self.n_items = ocp.n_vehicles
         self._n_stages = ocp.n_stages
+        self._scale = thrust_scale(ocp.body)
 
     def weights(self, weights: WeightsConfig) -> Array:
         """See ``Term``."""
@@ -33,10 +38,11 @@ class ThrustRate:
     def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
         """See ``Term``."""
         vehicles = np.arange(self.n_items)
-        one = np.broadcast_to(np.eye(layout.N_INPUT), (self.n_items, self._n_stages, *(layout.N_INPUT,) * 2))
-        return (ByInputs(vehicles, one), ByInputs(vehicles, -one, lag=1))
+        by_change = np.broadcast_to(self._scale, (self.n_items, self._n_stages, *self._scale.shape))
+        return (ByInputs(vehicles, by_change), ByInputs(vehicles, -by_change, lag=1))
 
     def residual(self, expansion: Expansion, instance: Instance) -> Array:
         """See ``Term``."""
         thrusts = expansion.guess.thrusts
-        return np.diff(thrusts, axis=1, prepend=instance.applied_thrusts[:, None])
+        change: Array = np.diff(thrusts, axis=1, prepend=instance.applied_thrusts[:, None]) @ self._scale.T
+        return change

@@ -1,4 +1,4 @@
-"""The torque of each vehicle (eq. CostFunc1)."""
+"""The torque of each vehicle (eq. CostFunc1), scaled by its inertia."""
 
 from collections.abc import Sequence
 
@@ -7,13 +7,14 @@ import numpy as np
 
 from relform_controller.ocp.model import torque_by_thrusts
 from relform_controller.ocp.problem import Ocp
+from relform_controller.ocp.scaling import torque_scale
 from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
 
 class Torque:
-    """tau_B of every vehicle [N m], shape (vehicle, stage 0..N-1, 3)."""
+    """I_0 / I tau_B of every vehicle (``scaling``) [N m], shape (vehicle, stage 0..N-1, 3)."""
 
     name = "torque"
     n_rows = 3
@@ -25,7 +26,7 @@ class Torque:
     def __init__(self, ocp: Ocp) -> None:
         self.n_items = ocp.n_vehicles
         self._n_stages = ocp.n_stages
-        self._by_thrusts = torque_by_thrusts(ocp.body)
+        self._by_thrusts = torque_scale(ocp.body)[:, None] * torque_by_thrusts(ocp.body)
         # One product for all stages: else the last digits would differ from those of recorded flights.
         self._over_horizon = np.kron(np.eye(ocp.n_stages), self._by_thrusts)
 
