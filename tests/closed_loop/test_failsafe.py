@@ -11,6 +11,7 @@ from relform_core.load import load_scenario
 from relform_core.measurements import RotorCommand
 from relform_sensors.imu import ImuSensor
 from relform_sensors.optic_flow import OpticFlowSensor
+from relform_sensors.sonar import SonarSensor
 from relform_sim.onboard import Onboard
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import draw_body
@@ -51,6 +52,7 @@ def test_levels_and_sinks_slowly(
     )
     imu = ImuSensor(CONFIG.sensors.imu, generator, yaw_is_known=False)
     optic_flow = OpticFlowSensor(CONFIG.sensors.optic_flow, generator)
+    sonar = SonarSensor(CONFIG.sensors.sonar, np.random.default_rng(seed))
     onboard = Onboard(CONFIG.vehicle, CONFIG.controller.period)
     hover = np.full(4, CONFIG.vehicle.hover_speed)
     expired = RotorCommand(-CONFIG.period_ns, CONFIG.period_ns, hover, predicted_speeds=np.zeros((0, 4)))
@@ -66,7 +68,11 @@ def test_levels_and_sinks_slowly(
         yaw_rates.append(math.degrees(truth.w_NB_B[2]))
         commands = [expired] if step == 0 else []
         speeds = onboard.rotor_speeds(
-            stamp_ns, commands, imu.read(truth, plant.specific_force()), optic_flow.read(truth)
+            stamp_ns,
+            commands,
+            imu.read(truth, plant.specific_force()),
+            optic_flow.read(truth),
+            sonar.read(truth),
         )
         plant.advance(tuple(speeds.tolist()), CONFIG.controller.period, thrust_scale=thrust_scale)
 

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from relform_core.links_config import Delay
 from relform_core.schema import Name, NonNegative, Positive, Probability, Schema, Vector3
 from relform_core.sensors.registry import SENSORS
 from relform_core.units import DEGREES
@@ -71,4 +72,19 @@ class CommandLoss(_Event):
     probability: Probability
 
 
-Event = Annotated[Wind | ThrustScale | Outliers | Dropout | CommandLoss, Field(discriminator="kind")]
+class LinkFault(_Event):
+    """Packets between the vehicle and the controller are lost or late, in addition to what ``links`` says."""
+
+    kind: Literal["link"]
+    direction: Literal["up", "down", "both"] = "both"
+    """``up``: from the vehicle to the controller."""
+    probability: Annotated[Probability, Field(alias="loss_probability")] = 0.0
+    delay: Annotated[Delay, Field(alias="delay_s")] = 0.0
+    """Further delay of each packet [s]. The controller does not know it."""
+    jitter: Annotated[Delay, Field(alias="jitter_s")] = 0.0
+    """Further delay, uniform between 0 and this [s]."""
+
+
+Event = Annotated[
+    Wind | ThrustScale | Outliers | Dropout | CommandLoss | LinkFault, Field(discriminator="kind")
+]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from relform_core.arrays import Array
-from relform_core.sensors.sensor import M, Measurement, Sensor
+from relform_core.sensors.sensor import M, Measurement, Source
 
 UNMEASURED_VARIANCE = 1e9
 """Variance that says: this component of a standard message is not measured."""
@@ -46,21 +46,21 @@ class VehicleMeasurements:
     """By name of the sensor, from the oldest to the newest stamp; a sensor without measurements is absent."""
 
     @classmethod
-    def collect(cls, arrived: Iterable[tuple[Sensor[Any, Any], Measurement]]) -> Self:
+    def collect(cls, arrived: Iterable[tuple[Source[Any], Measurement]]) -> Self:
         """Sort what arrived, in any order, by sensor and stamp."""
         by_sensor: dict[str, list[Measurement]] = {}
-        for sensor, measurement in arrived:
-            by_sensor.setdefault(sensor.name, []).append(measurement)
+        for source, measurement in arrived:
+            by_sensor.setdefault(source.name, []).append(measurement)
         return cls({name: tuple(sorted(each, key=_stamp_ns)) for name, each in by_sensor.items()})
 
-    def newest(self, sensor: Sensor[M, Any]) -> M | None:
+    def newest(self, source: Source[M]) -> M | None:
         """The measurement of a sensor with the newest stamp; None: none arrived."""
-        arrived = self.arrived(sensor)
+        arrived = self.arrived(source)
         return arrived[-1] if arrived else None
 
-    def arrived(self, sensor: Sensor[M, Any]) -> tuple[M, ...]:
+    def arrived(self, source: Source[M]) -> tuple[M, ...]:
         """All measurements of a sensor, from the oldest to the newest stamp."""
-        return self.by_sensor.get(sensor.name, ())  # type: ignore[return-value]  # ``collect`` keeps the types
+        return self.by_sensor.get(source.name, ())  # type: ignore[return-value]  # ``collect`` keeps the types
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,10 @@ class Stream(IntEnum):
 
     PLANT = 0
     LINK = 6
+    """Commands that an event loses."""
+    LINK_UP = 8
+    """Packets to the controller; the barometer has 7."""
+    LINK_DOWN = 9
 
 
 class Streams:

@@ -9,11 +9,13 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from relform_core.controller_config import ControllerConfig
-from relform_core.events_config import Dropout, Event
+from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault
+from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig
 from relform_core.schema import Label, Name, Positive, Schema, Vector3
+from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
 from relform_core.sensors.registry import SENSORS
-from relform_core.sensors.sensor import Sensor
+from relform_core.sensors.sensor import Sensor, Source
 from relform_core.sensors_config import SensorsConfig
 from relform_core.units import DEGREES, seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
@@ -79,6 +81,7 @@ class ScenarioConfig(Schema):
     start: StartConfig
     phases: Annotated[tuple[PhaseConfig, ...], Field(min_length=1)]
     events: tuple[Event, ...]
+    links: LinksConfig = LinksConfig()
     plant: PlantConfig
     lockstep: LockstepConfig
 
@@ -125,8 +128,31 @@ class ScenarioConfig(Schema):
         """Control period in integer nanoseconds."""
         return seconds_to_ns(self.controller.period)
 
+    @property
+    def command_lead_steps(self) -> int:
+        """Control periods from a decision to the interval that it is for: the longest known delay of a
+        command, rounded up."""
+        return -(-seconds_to_ns(self.links.down.delay_max) // self.period_ns)
+
+    @property
+    def command_lead_ns(self) -> int:
+        """The same in nanoseconds."""
+        return self.command_lead_steps * self.period_ns
+
+    @property
+    def acknowledges_commands(self) -> bool:
+        """Whether the vehicles report what they have flown: only where it can differ from the commands."""
+        return not self.links.are_perfect or any(
+            isinstance(event, CommandLoss | LinkFault) for event in self.events
+        )
+
+    def sources_of(self, vehicle: str) -> tuple[Source[Any], ...]:
+        """What a vehicle of the team sends to the controller, in the order in which it sends."""
+        acknowledgement = (APPLIED_ROTOR_SPEEDS,) if self.acknowledges_commands else ()
+        return (*self.sensors_of(vehicle), *acknowledgement)
+
     def sensors_of(self, vehicle: str) -> tuple[Sensor[Any, Any], ...]:
-        """The sensors that a vehicle of the team carries, in the order in which it sends."""
+        """The sensors that a vehicle of the team carries, in the order of their registration."""
         is_leader = vehicle == self.team.leader
         return tuple(
             sensor for sensor in SENSORS if self.sensors.has(sensor) and (is_leader or not sensor.leader_only)

@@ -4,8 +4,10 @@ As in ``fields``, ``*_to_msg`` trusts its argument, ``*_from_msg`` raises ``Reje
 """
 
 import array
+from collections.abc import Sequence
 
 import numpy as np
+from builtin_interfaces.msg import Duration as DurationMsg
 
 from relform_core.arrays import Array
 from relform_core.measurements import RotorCommand
@@ -31,21 +33,36 @@ def rotor_command_from_msg(msg: RotorSpeedsMsg, vehicle: str) -> RotorCommand:
     Raises:
         RejectionError: see the module; also a plan that is no whole number of intervals, or a period of zero.
     """
-    stamp_ns = header_from_msg(msg.header, body_frame(vehicle))
-    period_ns = msg.period.sec * NANOSECONDS_PER_SECOND + msg.period.nanosec
+    return RotorCommand(
+        stamp_ns=header_from_msg(msg.header, body_frame(vehicle)),
+        period_ns=period_from_msg(msg.period),
+        speeds=_speeds(np.array(msg.speeds), "speeds"),
+        predicted_speeds=speeds_from_msg(msg.predicted_speeds, "predicted_speeds"),
+    )
+
+
+def period_from_msg(msg: DurationMsg) -> int:
+    """Length of an interval [ns].
+
+    Raises:
+        RejectionError: it is zero or negative.
+    """
+    period_ns: int = msg.sec * NANOSECONDS_PER_SECOND + msg.nanosec
     if period_ns <= 0:
         raise RejectionError(Reason.INVALID, f"period must be positive (got {period_ns} ns)")
-    predicted = np.array(msg.predicted_speeds, dtype=np.float64)
-    if predicted.size % 4:
-        raise RejectionError(
-            Reason.INVALID, f"predicted_speeds must hold 4 per interval (got {predicted.size})"
-        )
-    return RotorCommand(
-        stamp_ns=stamp_ns,
-        period_ns=period_ns,
-        speeds=_speeds(np.array(msg.speeds), "speeds"),
-        predicted_speeds=_speeds(predicted, "predicted_speeds").reshape(-1, 4),
-    )
+    return period_ns
+
+
+def speeds_from_msg(flattened: Sequence[float], what: str) -> Array:
+    """Rotor speeds by interval [rad/s], shape (interval, 4).
+
+    Raises:
+        RejectionError: no whole number of intervals, or a speed that is negative or not finite.
+    """
+    speeds = np.array(flattened, dtype=np.float64)
+    if speeds.size % 4:
+        raise RejectionError(Reason.INVALID, f"{what} must hold 4 per interval (got {speeds.size})")
+    return _speeds(speeds, what).reshape(-1, 4)
 
 
 def _speeds(speeds: Array, what: str) -> Array:

@@ -131,11 +131,13 @@ class StepInbox(Generic[M]):
 
     Args:
         reject: called with the reason for each message that no sender has announced.
+        lead: how many steps before its stamp a message may be due.
     """
 
-    def __init__(self, period_ns: int, reject: Callable[[RejectionError], None]) -> None:
+    def __init__(self, period_ns: int, reject: Callable[[RejectionError], None], lead: int = 0) -> None:
         self._period_ns = period_ns
         self._reject = reject
+        self._lead = lead
         self._oldest = 0
         self._messages: defaultdict[int, list[_Arrived[M]]] = defaultdict(list)
         """By stamp [ns]."""
@@ -150,7 +152,7 @@ class StepInbox(Generic[M]):
             RejectionError: no step begins at its stamp, or no node can have reached that step.
         """
         step = step_at(stamp_ns, self._period_ns)
-        if step > self._oldest + AHEAD:
+        if step > self._oldest + AHEAD + self._lead:
             raise RejectionError(
                 Reason.EARLY, f"belongs to step {step}, which is to come (now: {self._oldest})"
             )

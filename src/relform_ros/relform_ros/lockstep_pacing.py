@@ -66,6 +66,7 @@ class LockstepPacing:
         self._watched: set[str] = set()
         self._spinner = spinner
         self._period_ns = config.period_ns
+        self._lead = config.command_lead_steps
         self._n_steps = config.n_steps
         self._sent: list[tuple[str, int]] = []
         self._promised: list[str] = []
@@ -84,7 +85,7 @@ class LockstepPacing:
     def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
         """See ``Pacing``."""
         reject = partial(self._endpoints.rejections.count, topic)
-        inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject)
+        inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject, self._lead)
 
         def take(msg: Any) -> None:
             message = decode(msg)
@@ -98,7 +99,9 @@ class LockstepPacing:
     def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
         """See ``Pacing``."""
         self._watched.add(topic)
-        inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject=lambda _: None)
+        inbox = self._inboxes[topic] = StepInbox[Stamped | None](
+            self._period_ns, reject=lambda _: None, lead=self._lead
+        )
 
         def take_and_count(data: bytes, publish_time_ns: int) -> None:
             take(data, publish_time_ns)

@@ -81,8 +81,8 @@ def _of_vehicle(vehicle: str, config: ScenarioConfig, roster: Roster) -> list[To
         Topic(vehicle_topic(vehicle, GROUND_TRUTH), Odometry, (node,), (*others, *roster.observers)),
         Topic(vehicle_topic(vehicle, ROTOR_SPEEDS), RotorSpeeds, (commander,), (node, *roster.observers)),
         *(
-            Topic(vehicle_topic(vehicle, sensor.name), wire(sensor).MESSAGE, (node,), sensor_readers)
-            for sensor in config.sensors_of(vehicle)
+            Topic(vehicle_topic(vehicle, source.name), wire(source).MESSAGE, (node,), sensor_readers)
+            for source in config.sources_of(vehicle)
         ),
     ]
 

@@ -6,20 +6,22 @@ node of a vehicle behind the lock-step barrier, and flights in one process.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Literal, Protocol, TypeVar
 
-from relform_core.events_config import CommandLoss, Dropout
+from relform_core.events_config import CommandLoss, Dropout, LinkFault
+from relform_core.links_config import PERFECT
 from relform_core.measurements import RotorCommand
 from relform_core.randomness import Stream, Streams
 from relform_core.scenario_config import ScenarioConfig
-from relform_core.sensors.sensor import Measurement, Sensor
+from relform_core.sensors.sensor import Measurement, Source
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sim.loss import Loss
+from relform_sim.packets import Packets
 
 T = TypeVar("T")
 
-Reading = tuple[Sensor[Any, Any], Measurement]
-"""A measurement and the sensor that made it."""
+Reading = tuple[Source[Any], Measurement]
+"""A measurement and what it comes from."""
 
 
 class Channel(Protocol[T]):
@@ -46,27 +48,41 @@ LinkFactory = Callable[[ScenarioConfig, str, Streams], Link]
 """Makes the link of a vehicle from scenario, name and random streams."""
 
 
-class LossyChannel(Generic[T]):
-    """A message is lost, or it arrives at the instant at which it was sent."""
+class RadioChannel(Generic[T]):
+    """Sends each message in the packet of its instant, unless the message is lost before.
 
-    def __init__(self, loss_of: Callable[[T], Loss]) -> None:
-        """The loss that acts on each message."""
+    Args:
+        loss_of: the loss that acts on each message before it is sent; None: none does.
+        packets: of this direction; None: every packet arrives at the instant at which it is sent.
+    """
+
+    def __init__(self, loss_of: Callable[[T], Loss | None], packets: Packets | None = None) -> None:
         self._loss_of = loss_of
-        self._arrived: list[T] = []
+        self._packets = packets
+        self._under_way: list[tuple[int, T]] = []
+        """With the instant of arrival [ns], in the order in which they were sent."""
 
     def send(self, now_ns: int, message: T) -> None:
         """Send a message at an instant of simulation time [ns]."""
-        if not self._loss_of(message).loses(now_ns / NANOSECONDS_PER_SECOND):
-            self._arrived.append(message)
+        arrival_ns = now_ns if self._packets is None else self._packets.arrival_ns(now_ns)
+        loss = self._loss_of(message)
+        is_lost = loss is not None and loss.loses(now_ns / NANOSECONDS_PER_SECOND)
+        if arrival_ns is not None and not is_lost:
+            self._under_way.append((arrival_ns, message))
 
     def deliver(self, now_ns: int) -> Sequence[T]:
-        """What was sent and not lost since the last call, in this order."""
-        arrived, self._arrived = self._arrived, []
-        return arrived
+        """What has arrived since the last call, in the order of arrival, then of sending."""
+        arrived = sorted((each for each in self._under_way if each[0] <= now_ns), key=_arrival_ns)
+        self._under_way = [each for each in self._under_way if each[0] > now_ns]
+        return [message for _, message in arrived]
 
 
-def lossy_link(config: ScenarioConfig, name: str, streams: Streams) -> Link:
-    """Link of the vehicle ``name``: no delay, the losses of its sensors and of the events that hit it.
+def _arrival_ns(under_way: tuple[int, Any]) -> int:
+    return under_way[0]
+
+
+def radio_link(config: ScenarioConfig, name: str, streams: Streams) -> Link:
+    """Link of the vehicle ``name``: what ``links`` says, the losses of its sensors, and the events on it.
 
     The losses of a sensor draw from the stream of that sensor.
     """
@@ -84,7 +100,18 @@ def lossy_link(config: ScenarioConfig, name: str, streams: Streams) -> Link:
         streams[Stream.LINK], events=[event for event in events if isinstance(event, CommandLoss)]
     )
 
-    def loss_of_reading(reading: Reading) -> Loss:
-        return of_sensor[reading[0].name]
+    def packets(direction: Literal["up", "down"]) -> Packets | None:
+        faults = [
+            event
+            for event in events
+            if isinstance(event, LinkFault) and event.direction in (direction, "both")
+        ]
+        of_all = config.links.up if direction == "up" else config.links.down
+        if of_all == PERFECT and not faults:
+            return None
+        return Packets(of_all, faults, streams[Stream.LINK_UP if direction == "up" else Stream.LINK_DOWN])
 
-    return Link(LossyChannel(loss_of_reading), LossyChannel(lambda command: of_commands))
+    return Link(
+        up=RadioChannel(lambda reading: of_sensor.get(reading[0].name), packets("up")),
+        down=RadioChannel(lambda command: of_commands, packets("down")),
+    )

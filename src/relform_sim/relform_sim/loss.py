@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from relform_core.events_config import CommandLoss, Dropout
+from relform_core.events_config import CommandLoss, Dropout, LinkFault
 
 
 class Loss:
@@ -18,7 +18,7 @@ class Loss:
         self,
         generator: np.random.Generator,
         probability: float = 0.0,
-        events: Sequence[Dropout | CommandLoss] = (),
+        events: Sequence[Dropout | CommandLoss | LinkFault] = (),
     ) -> None:
         self._generator = generator
         self._probability = probability

@@ -1,4 +1,8 @@
-"""Onboard logic of a vehicle: the rotor speeds of each interval, from a command, a plan or the failsafe."""
+"""Onboard logic of a vehicle: the rotor speeds of each interval, from a command, a plan or the failsafe.
+
+It knows what arrives over the link and what the vehicle's own sensors measure, nothing else: a rule of
+import-linter forbids the plant and the ground truth here.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,9 +13,13 @@ from relform_core.arrays import Array
 from relform_core.measurements import RotorCommand
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
+from relform_core.sensors.sonar import Sonar
 from relform_core.units import seconds_to_ns
 from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
 from relform_sim.failsafe import Failsafe
+
+EARLY_MAX = 1.0
+"""How long before its stamp a command may arrive [s]."""
 
 
 @dataclass
@@ -21,13 +29,15 @@ class OnboardCounts:
     missing: int = 0
     """Intervals for which no command arrived."""
     rejected: int = 0
-    """Commands that arrived and were rejected: malformed, not finite, old, or from the future."""
+    """Commands that arrived and were rejected: malformed, not finite, old, or too early."""
     replayed: int = 0
     """Intervals flown on the predicted sequence of an earlier command."""
     failsafe: int = 0
     """Intervals flown by the failsafe, because no plan was left."""
     hovered: int = 0
     """Intervals before the first good command."""
+    disarmed: int = 0
+    """Intervals with motors off, after the failsafe has brought the vehicle to the ground."""
 
 
 class Onboard:
@@ -35,7 +45,10 @@ class Onboard:
 
     Before its first good command the vehicle hovers, because the controller may still wait for measurements.
 
-    A command applies from its stamp on: of a command that arrives late, its plan for the interval is flown.
+    A command applies from its stamp on. One that arrives early is kept until then; of one that arrives late,
+    its plan for the interval is flown.
+
+    Near the ground the failsafe switches the motors off, and they stay off.
     """
 
     def __init__(self, config: VehicleConfig, period: float) -> None:
@@ -44,6 +57,10 @@ class Onboard:
         self._speed_max = config.rotor_speed_max
         self._failsafe = Failsafe(config, period)
         self._last: RotorCommand | None = None
+        """The newest command that applies already."""
+        self._early: dict[int, RotorCommand] = {}
+        """Those to come, by stamp [ns]."""
+        self._is_disarmed = False
         self.counts = OnboardCounts()
         self.set_limits(config.failsafe)
 
@@ -53,23 +70,34 @@ class Onboard:
         self._failsafe.descent_speed = config.descent_speed
 
     def rotor_speeds(
-        self, stamp_ns: int, commands: Sequence[RotorCommand], imu: Imu, optic_flow: OpticFlow
+        self,
+        stamp_ns: int,
+        commands: Sequence[RotorCommand],
+        imu: Imu,
+        optic_flow: OpticFlow,
+        sonar: Sonar,
     ) -> Array:
-        """Rotor speeds of one interval, within the limits [rad/s], shape (4,).
+        """Rotor speeds of one interval, within the limits or all zero [rad/s], shape (4,).
 
         Args:
             stamp_ns: start of the interval.
             commands: what has arrived since the interval before, in order of arrival.
             imu: the vehicle's own, at the start of the interval.
             optic_flow: likewise.
+            sonar: likewise.
         """
         if not commands:
             self.counts.missing += 1
         for command in commands:
             if self._acceptable(command, stamp_ns):
-                self._last = command
+                self._early[command.stamp_ns] = command
             else:
                 self.counts.rejected += 1
+        for due_ns in sorted(each for each in self._early if each <= stamp_ns):
+            self._last = self._early.pop(due_ns)
+        if self._is_disarmed:
+            self.counts.disarmed += 1
+            return np.zeros(4)
         if self._last is None:
             self.counts.hovered += 1
             speeds = self._failsafe.hover(imu, optic_flow)
@@ -77,11 +105,12 @@ class Onboard:
             speeds = planned
         else:
             self.counts.failsafe += 1
+            self._is_disarmed = sonar.range <= sonar.range_min  # from the next interval on
             speeds = self._failsafe.sink(imu, optic_flow)
         return np.clip(speeds, self._speed_min, self._speed_max)
 
     def _acceptable(self, command: RotorCommand, stamp_ns: int) -> bool:
-        """Whether a command is well formed, newer than the last good one, and not from the future."""
+        """Whether a command is well formed, new, newer than the one that is flown, and not too early."""
         return (
             command.period_ns > 0
             and command.speeds.shape == (4,)
@@ -89,7 +118,8 @@ class Onboard:
             and bool(np.isfinite(command.speeds).all())
             and bool(np.isfinite(command.predicted_speeds).all())
             and (self._last is None or command.stamp_ns > self._last.stamp_ns)
-            and command.stamp_ns <= stamp_ns
+            and command.stamp_ns not in self._early
+            and command.stamp_ns <= stamp_ns + seconds_to_ns(EARLY_MAX)
         )
 
     def _planned(self, stamp_ns: int, last: RotorCommand) -> Array | None:

@@ -6,21 +6,31 @@ flight is the same, bit for bit, in one process and over ROS.
 """
 
 import math
+from collections import deque
 from collections.abc import Mapping
 
+import numpy as np
+
+from relform_core.arrays import Array
 from relform_core.errors import FlightError
 from relform_core.events_config import ThrustScale, Wind
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.randomness import Stream, Streams
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
+from relform_core.sensors.applied_rotor_speeds import (
+    ACKNOWLEDGED_INTERVALS,
+    APPLIED_ROTOR_SPEEDS,
+    AppliedRotorSpeeds,
+)
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.optic_flow import OPTIC_FLOW
+from relform_core.sensors.sonar import SONAR
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_core.vehicle_config import VehicleConfig
 from relform_sensors.suite import SensorSuite
 from relform_sim.faults import find_fault
-from relform_sim.link import LinkFactory, lossy_link
+from relform_sim.link import LinkFactory, radio_link
 from relform_sim.onboard import Onboard, OnboardCounts
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import draw_body
@@ -34,7 +44,7 @@ class Vehicle:
     """
 
     def __init__(
-        self, config: ScenarioConfig, seed: int, name: str, make_link: LinkFactory = lossy_link
+        self, config: ScenarioConfig, seed: int, name: str, make_link: LinkFactory = radio_link
     ) -> None:
         """Raises FlightError if the team has no such vehicle."""
         if name not in config.team.vehicles:
@@ -58,6 +68,8 @@ class Vehicle:
             q_NB=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
         )
         self._onboard = Onboard(config.vehicle, config.controller.period)
+        self._applied: deque[Array] = deque(maxlen=ACKNOWLEDGED_INTERVALS)
+        """Rotor speeds of the last intervals [rad/s], the oldest first."""
         self._carried = config.sensors_of(name)
         self._sensors = SensorSuite(config, name, streams)
         self._link = make_link(config, name, streams)
@@ -105,6 +117,9 @@ class Vehicle:
         for sensor in self._carried:
             for measurement in self._readings.arrived(sensor):
                 self._link.up.send(stamp_ns, (sensor, measurement))
+        if self._applied and self._config.acknowledges_commands:
+            report = AppliedRotorSpeeds(stamp_ns, self._config.period_ns, np.array(self._applied))
+            self._link.up.send(stamp_ns, (APPLIED_ROTOR_SPEEDS, report))
         return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
 
     def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:
@@ -116,12 +131,15 @@ class Vehicle:
         """Fly [t_step, t_{step + 1}]; events act on whole intervals, as they are at the start."""
         stamp_ns = self._stamp_ns(step)
         imu, optic_flow = self._readings.newest(IMU), self._readings.newest(OPTIC_FLOW)
-        if imu is None or optic_flow is None or imu.stamp_ns != stamp_ns:
+        sonar = self._readings.newest(SONAR)
+        if imu is None or optic_flow is None or sonar is None or imu.stamp_ns != stamp_ns:
             raise FlightError(f"{self._name}: step {step} was not measured before step {step + 1}")
         time = stamp_ns / NANOSECONDS_PER_SECOND
         if command is not None:
             self._link.down.send(stamp_ns, command)
-        speeds = self._onboard.rotor_speeds(stamp_ns, self._link.down.deliver(stamp_ns), imu, optic_flow)
+        arrived = self._link.down.deliver(stamp_ns)
+        speeds = self._onboard.rotor_speeds(stamp_ns, arrived, imu, optic_flow, sonar)
+        self._applied.append(speeds)
         winds = [wind.force_N for wind in self._winds if wind.active(time)]
         self._plant.advance(
             tuple(speeds.tolist()),

@@ -17,7 +17,7 @@ from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_sensors.suite import SensorSuite
-from relform_sim.link import lossy_link
+from relform_sim.link import radio_link
 from support.scenarios import WITH_BAROMETER, paper_scenario
 
 PAPER = paper_scenario().config
@@ -49,7 +49,7 @@ def fly(
     config: ScenarioConfig, name: str, seed: int, hidden: Mapping[str, set[int]] | None = None
 ) -> list[VehicleMeasurements]:
     streams = Streams(seed, config.team.vehicles.index(name))
-    suite, link = SensorSuite(config, name, streams), lossy_link(config, name, streams)
+    suite, link = SensorSuite(config, name, streams), radio_link(config, name, streams)
     f_NB_B = np.array([0.1, -0.2, 9.7])
     arrived = []
     for step in range(N_STEPS):

@@ -162,7 +162,7 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
         (
             "events=[{kind: hail}]",
             "events.0.kind: must be one of "
-            "'wind', 'thrust_scale', 'outliers', 'dropout', 'command_loss' (got 'hail')",
+            "'wind', 'thrust_scale', 'outliers', 'dropout', 'command_loss', 'link' (got 'hail')",
         ),
         (
             f"events=[{{kind: thrust_scale, {EVENT}, scale: 2.5}}]",

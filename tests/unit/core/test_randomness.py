@@ -35,7 +35,7 @@ def test_streams_are_not_correlated() -> None:
 
 def test_the_numbers_of_streams_are_kept() -> None:
     """Recorded results depend on them."""
-    assert (Stream.PLANT, Stream.LINK) == (0, 6)
+    assert (Stream.PLANT, Stream.LINK, Stream.LINK_UP, Stream.LINK_DOWN) == (0, 6, 8, 9)
     assert {sensor.name: sensor.stream for sensor in SENSORS[:5]} == {
         "imu": 1,
         "optic_flow": 2,

@@ -9,7 +9,7 @@ from relform_core.measurements import RotorCommand
 from relform_core.randomness import Stream, Streams
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sonar import SONAR, Sonar
-from relform_sim.link import LossyChannel, lossy_link
+from relform_sim.link import RadioChannel, radio_link
 from relform_sim.loss import Loss
 from relform_sim.vehicle import Vehicle
 from support.links import DELAY_STEPS, DelayedChannel, delayed_link
@@ -30,7 +30,7 @@ def sonar(stamp_ns: int) -> tuple[Any, Sonar]:
 
 
 def test_without_loss_every_message_arrives_once_and_without_delay() -> None:
-    channel = LossyChannel[str](lambda message: Loss(np.random.default_rng(1)))
+    channel = RadioChannel[str](lambda message: Loss(np.random.default_rng(1)))
     for now_ns in (0, PERIOD_NS):
         for message in ("first", "second"):
             channel.send(now_ns, message)
@@ -41,7 +41,7 @@ def test_without_loss_every_message_arrives_once_and_without_delay() -> None:
 def test_each_message_is_lost_by_its_own_loss() -> None:
     generator = np.random.default_rng(1)
     losses = {"kept": Loss(generator), "lost": Loss(generator, probability=1.0)}
-    channel = LossyChannel[str](losses.__getitem__)
+    channel = RadioChannel[str](losses.__getitem__)
     for message in ("kept", "lost", "kept"):
         channel.send(0, message)
     assert channel.deliver(0) == ["kept", "kept"]
@@ -49,7 +49,7 @@ def test_each_message_is_lost_by_its_own_loss() -> None:
 
 def test_losses_draw_from_the_stream_of_the_sensor_and_of_the_commands() -> None:
     streams, untouched = Streams(3, 0), Streams(3, 0)
-    link = lossy_link(CONFIG, "leader", streams)
+    link = radio_link(CONFIG, "leader", streams)
     link.up.send(0, sonar(0))
     link.down.send(0, command(0))
     for stream in (*Stream, *(sensor.stream for sensor in SENSORS)):
@@ -63,7 +63,7 @@ def test_events_act_while_they_last(time_ns: int, arrives: bool) -> None:
     config = paper_scenario(
         f"events=[{{kind: dropout, sensor: sonar, {span}}}, {{kind: command_loss, {span}}}]"
     ).config
-    link, others = (lossy_link(config, name, Streams(3, 0)) for name in ("leader", "follower_1"))
+    link, others = (radio_link(config, name, Streams(3, 0)) for name in ("leader", "follower_1"))
     for each in (link, others):
         each.up.send(time_ns, sonar(time_ns))
         each.down.send(time_ns, command(0))

@@ -13,6 +13,7 @@ from relform_core.load import load_scenario
 from relform_core.measurements import RotorCommand
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
+from relform_core.sensors.sonar import Sonar
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import FailsafeConfig
 from relform_sim.failsafe import Failsafe
@@ -44,13 +45,15 @@ class Flight:
 
     def __init__(self) -> None:
         self.onboard = Onboard(VEHICLE, PERIOD_NS * 1e-9)
+        self.height = 2.0
         self.step = -1
 
     def next(self, arrived: RotorCommand | None) -> Any:
         self.step += 1
         commands = () if arrived is None else (arrived,)
         optic_flow = OpticFlow(0, np.array([0.1, 0.2, -0.3]), np.eye(3))
-        return self.onboard.rotor_speeds(self.step * PERIOD_NS, commands, imu(), optic_flow)
+        height = Sonar(0, self.height, 0.2, 10.0, 0.5)
+        return self.onboard.rotor_speeds(self.step * PERIOD_NS, commands, imu(), optic_flow, height)
 
 
 def test_good_commands_are_flown() -> None:
@@ -123,7 +126,7 @@ def test_before_the_first_good_command_the_vehicle_hovers() -> None:
         pytest.param({"predicted_speeds": np.full(4, 300.0)}, id="flat plan"),
         pytest.param({"period_ns": 0}, id="no period"),
         pytest.param({"stamp_ns": 0}, id="no newer than the last"),
-        pytest.param({"stamp_ns": 3 * PERIOD_NS}, id="from the future"),
+        pytest.param({"stamp_ns": 22 * PERIOD_NS}, id="more than a second early"),
     ],
 )
 def test_bad_commands_are_refused_counted_and_replaced_by_the_plan(bad: dict[str, Any]) -> None:

@@ -71,7 +71,7 @@ class FlightLog:
     yaw_variance: Array
     """Of that estimate [rad^2], shape (K, n, n)."""
     rotor_speeds: Array
-    """Commanded, rotors front, left, back, right [rad/s], shape (K, n, 4)."""
+    """Commanded in this step, rotors front, left, back, right [rad/s], shape (K, n, 4)."""
     solver: Mapping[str, Array]
     """``status`` (a constant of relform_msgs/SolverStatus) and each of ``SOLVER_FIELDS``, shape (K,)."""
     faults: tuple[LogEntry, ...]

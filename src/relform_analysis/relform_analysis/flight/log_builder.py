@@ -68,8 +68,9 @@ class FlightLogBuilder:
             row[name] = getattr(odometry, name)
 
     def add_command(self, vehicle: str, command: RotorCommand) -> None:
-        """Take what a vehicle was commanded in one control step."""
-        self._steps.at(command.stamp_ns)["rotor_speeds"][self._index[vehicle]] = command.speeds
+        """Take what a vehicle was commanded in one control step, for an interval that may begin later."""
+        sent_ns = command.stamp_ns - self._scenario.config.command_lead_ns
+        self._steps.at(sent_ns)["rotor_speeds"][self._index[vehicle]] = command.speeds
 
     def add_reference(self, reference: PerStep[TeamReference]) -> None:
         """Take what the controller was asked to track."""

@@ -10,7 +10,7 @@ from relform_controller.formation_controller import FormationController
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand, TeamMeasurements
 from relform_core.telemetry import Decision
-from relform_sim.link import LinkFactory, lossy_link
+from relform_sim.link import LinkFactory, radio_link
 from relform_sim.vehicle import Vehicle
 
 
@@ -30,7 +30,7 @@ class SimulatedStep:
 
 def simulate(
     scenario: LoadedScenario,
-    make_link: LinkFactory = lossy_link,
+    make_link: LinkFactory = radio_link,
     controller: FormationController | None = None,
 ) -> Iterator[SimulatedStep]:
     """Fly a scenario to its end or to the first fault, one control step at a time.

@@ -60,13 +60,13 @@ class _Recording:
         self._decided: dict[int, StepDecided] = {}
         self._formations: dict[int, FormationSet] = {}
         self._parameters: dict[int, ParametersSet] = {}
-        self._sensors = {
-            vehicle_topic(vehicle, sensor.name): (vehicle, sensor)
+        self._sources = {
+            vehicle_topic(vehicle, source.name): (vehicle, source)
             for vehicle in config.team.vehicles
-            for sensor in config.sensors_of(vehicle)
+            for source in config.sources_of(vehicle)
         }
         self._commands = {vehicle: vehicle_topic(vehicle, ROTOR_SPEEDS) for vehicle in controller.vehicles}
-        for entry in read_bag(bag, {controller.events, *self._sensors, *self._commands.values()}):
+        for entry in read_bag(bag, {controller.events, *self._sources, *self._commands.values()}):
             if not isinstance(entry, BagMessage):
                 continue
             message = entry.type_name, entry.data
@@ -89,9 +89,9 @@ class _Recording:
             )
         inputs = self._decided[step].inputs
         for topic, _ in inputs:
-            if topic not in self._sensors:
+            if topic not in self._sources:
                 return f"{self._named(step)} used {topic}, which is no sensor of the configuration"
-        answers = ((topic, self._stamp_ns(step)) for topic in self._answers(step).values())
+        answers = ((topic, self._answer_ns(step)) for topic in self._answers(step).values())
         for topic, stamp_ns in (*inputs, *answers):
             if (topic, stamp_ns) not in self._messages:
                 time = stamp_ns / NANOSECONDS_PER_SECOND
@@ -107,9 +107,9 @@ class _Recording:
         decided, team = self._decided[step], self._config.team
         arrived: dict[str, list[Any]] = {vehicle: [] for vehicle in team.vehicles}
         for topic, stamp_ns in decided.inputs:
-            vehicle, sensor = self._sensors[topic]
+            vehicle, source = self._sources[topic]
             msg = _deserialized(self._messages[topic, stamp_ns])
-            arrived[vehicle].append((sensor, wire(sensor).from_msg(msg, vehicle, team.vehicles)))
+            arrived[vehicle].append((source, wire(source).from_msg(msg, vehicle, team.vehicles)))
         given = {vehicle: VehicleMeasurements.collect(each) for vehicle, each in arrived.items()}
         stamp_ns = self._stamp_ns(step)
         formation, parameters = self._formations.get(step), self._parameters.get(step)
@@ -119,7 +119,9 @@ class _Recording:
             {} if parameters is None else parameters.changes,
             decided.sqp_steps,
             {
-                vehicle: rotor_command_from_msg(_deserialized(self._messages[topic, stamp_ns]), vehicle)
+                vehicle: rotor_command_from_msg(
+                    _deserialized(self._messages[topic, self._answer_ns(step)]), vehicle
+                )
                 for vehicle, topic in self._answers(step).items()
             },
         )
@@ -139,6 +141,10 @@ class _Recording:
 
     def _stamp_ns(self, step: int) -> int:
         return step * self._config.period_ns
+
+    def _answer_ns(self, step: int) -> int:
+        """Stamp of the commands of a step: the start of the interval that they are for."""
+        return self._stamp_ns(step) + self._config.command_lead_ns
 
     def _named(self, step: int) -> str:
         return f"control step {step} ({self._stamp_ns(step) / NANOSECONDS_PER_SECOND:.2f} s)"

@@ -63,13 +63,13 @@ class ControllerNode:
         """What the controller waits for at the start of the flight; empty: it does not wait."""
         self._pacing = pacing
         self._topics = {
-            vehicle: [(sensor, vehicle_topic(vehicle, sensor.name)) for sensor in config.sensors_of(vehicle)]
+            vehicle: [(source, vehicle_topic(vehicle, source.name)) for source in config.sources_of(vehicle)]
             for vehicle in me.vehicles
         }
-        """The sensors of each vehicle, with their topics."""
-        for vehicle, sensors in self._topics.items():
-            for sensor, topic in sensors:
-                pacing.read(topic, partial(wire(sensor).from_msg, vehicle=vehicle, team=self._team.vehicles))
+        """What each vehicle sends, with its topics."""
+        for vehicle, sources in self._topics.items():
+            for source, topic in sources:
+                pacing.read(topic, partial(wire(source).from_msg, vehicle=vehicle, team=self._team.vehicles))
         node.create_service(SetFormation, "set_formation", self._on_set_formation)
 
     def run(self) -> None:
@@ -95,9 +95,9 @@ class ControllerNode:
     def _decide(self, step: int, messages: Mapping[str, tuple[Any, ...]]) -> Decision | Waiting:
         by_vehicle = {
             vehicle: VehicleMeasurements.collect(
-                (sensor, measurement) for sensor, topic in sensors for measurement in messages.get(topic, ())
+                (source, measurement) for source, topic in sources for measurement in messages.get(topic, ())
             )
-            for vehicle, sensors in self._topics.items()
+            for vehicle, sources in self._topics.items()
         }
         measurements = TeamMeasurements(step, step * self._period_ns, by_vehicle)
         self._apply_parameters(step)

@@ -30,12 +30,18 @@ C = TypeVar("C", bound=SensorConfig)
 
 
 @dataclass(frozen=True, eq=False)
-class Sensor(Generic[M, C]):
-    """Registration of a sensor."""
+class Source(Generic[M]):
+    """What a vehicle sends to the controller: one kind of measurement."""
 
     name: str
     """Of its topic, of its section in the configuration, and of its modules."""
     measurement: type[M]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor(Source[M], Generic[M, C]):
+    """Registration of a sensor."""
+
     config: type[C]
     stream: int
     """Key of its random stream, see ``randomness``. Append, never renumber: recorded results depend on it."""

@@ -1,14 +1,14 @@
-"""Message and conversions of each sensor, found by the name of the sensor."""
+"""Message and conversions of all that vehicles send to the controller, found by name."""
 
 from collections.abc import Collection
 from importlib import import_module
 from typing import Any, Protocol, cast
 
-from relform_core.sensors.sensor import Sensor
+from relform_core.sensors.sensor import Source
 
 
 class Wire(Protocol):
-    """Contents of the module of each sensor. As in ``fields``, only ``from_msg`` checks its argument."""
+    """Contents of each module. As in ``fields``, only ``from_msg`` checks its argument."""
 
     MESSAGE: type[Any]
 
@@ -25,6 +25,6 @@ class Wire(Protocol):
         """
 
 
-def wire(sensor: Sensor[Any, Any]) -> Wire:
-    """Message and conversions of a sensor, from the module of its name."""
-    return cast(Wire, import_module(f"relform_ros.sensors.{sensor.name}"))
+def wire(source: Source[Any]) -> Wire:
+    """Message and conversions of a kind of measurement, from the module of its name."""
+    return cast(Wire, import_module(f"relform_ros.sensors.{source.name}"))

@@ -22,7 +22,7 @@ from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, Spinner, run_node
 from relform_ros.sensors.wire import wire
-from relform_sim.link import LinkFactory, lossy_link
+from relform_sim.link import LinkFactory, radio_link
 from relform_sim.vehicle import Vehicle
 
 
@@ -36,14 +36,14 @@ class Quadrotor:
         scenario: LoadedScenario,
         roster: Roster,
         pacing: Pacing,
-        make_link: LinkFactory = lossy_link,
+        make_link: LinkFactory = radio_link,
     ) -> None:
         config = scenario.config
         self._team = config.team
         self._name = vehicle
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
-        self._wires = [(sensor, wire(sensor)) for sensor in config.sensors_of(self._name)]
+        self._wires = [(source, wire(source)) for source in config.sources_of(self._name)]
         self._vehicle = Vehicle(config, scenario.seed, self._name, make_link)
         self._parameters = LiveParameters(node, live_vehicle_values(scenario))
         self._pacing = pacing
@@ -95,9 +95,9 @@ class Quadrotor:
         return {self._truth_topics[topic]: truth for topic, (truth,) in messages.items()}
 
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
-        for sensor, its_wire in self._wires:
-            for measurement in measurements.arrived(sensor):
-                self._publish(sensor.name, its_wire.to_msg(measurement, self._name))
+        for source, its_wire in self._wires:
+            for measurement in measurements.arrived(source):
+                self._publish(source.name, its_wire.to_msg(measurement, self._name))
 
     def _publish_event(self, step: int, content: ParametersSet | FaultReported) -> None:
         event = PerStep(step, step * self._period_ns, Event(self._name, content))
@@ -118,7 +118,7 @@ def _vehicle_name(node: Node, roster: Roster) -> str:
     return str(name)
 
 
-def build_quadrotor(node: Node, spinner: Spinner, make_link: LinkFactory = lossy_link) -> Runnable:
+def build_quadrotor(node: Node, spinner: Spinner, make_link: LinkFactory = radio_link) -> Runnable:
     """A quadrotor in lock-step, by the parameters of the node.
 
     Raises:

@@ -1,0 +1,34 @@
+"""relform_msgs/AppliedRotorSpeeds: what a vehicle has flown."""
+
+import array
+from collections.abc import Collection
+
+from relform_core.sensors.applied_rotor_speeds import AppliedRotorSpeeds
+from relform_msgs.msg import AppliedRotorSpeeds as AppliedRotorSpeedsMsg
+from relform_ros.commands import period_from_msg, speeds_from_msg
+from relform_ros.fields import body_frame, duration_to_msg, flat, header_from_msg, header_to_msg
+
+MESSAGE = AppliedRotorSpeedsMsg
+
+
+def to_msg(applied: AppliedRotorSpeeds, vehicle: str) -> AppliedRotorSpeedsMsg:
+    """What a vehicle has flown."""
+    return AppliedRotorSpeedsMsg(
+        header=header_to_msg(applied.stamp_ns, body_frame(vehicle)),
+        period=duration_to_msg(applied.period_ns),
+        speeds=array.array("d", flat(applied.speeds).tobytes()),
+    )
+
+
+def from_msg(msg: AppliedRotorSpeedsMsg, vehicle: str, team: Collection[str]) -> AppliedRotorSpeeds:
+    """What a vehicle has flown.
+
+    Raises:
+        RejectionError: another frame, no valid stamp, no whole number of intervals, a period of zero, or a
+            speed that is negative or not finite.
+    """
+    return AppliedRotorSpeeds(
+        stamp_ns=header_from_msg(msg.header, body_frame(vehicle)),
+        period_ns=period_from_msg(msg.period),
+        speeds=speeds_from_msg(msg.speeds, "speeds"),
+    )
