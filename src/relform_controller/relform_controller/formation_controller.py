@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from relform_controller.ahead import predict_ahead
 from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
 from relform_controller.estimation.registry import make_estimator
-from relform_controller.ocp import layout
+from relform_controller.input_log import InputLog
 from relform_controller.ocp.frames import wrap_angle
 from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, Prediction
 from relform_controller.ocp.terms.registry import make_terms
@@ -38,6 +39,10 @@ class FormationController:
     `feedback` turns the measurements of one step into commands; `prepare_next` does, after the commands are
     out, what can be done before the next measurements. `step` does both.
 
+    Commands need some time to arrive, of which the configuration knows the longest. The controller predicts
+    the team over that time, whole control periods, with the commands that are under way; it plans from there
+    on, and its commands are for the interval that begins then.
+
     The mission starts with the first decision. While the estimator waits for its first measurements, there
     are no commands and the vehicles hover.
 
@@ -57,6 +62,7 @@ class FormationController:
     ) -> None:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
+        self._lead_ns = config.command_lead_ns
         self._thrust_coefficient = config.vehicle.thrust_coefficient
         self._config = config.controller
         self._mission = ScenarioMission(config) if mission is None else mission
@@ -64,24 +70,28 @@ class FormationController:
         self._ocp = dataclasses.replace(
             Ocp.from_config(config), is_disturbed=self._estimator.estimates_disturbances
         )
-        hover_thrust = config.vehicle.hover_thrust
         terms = make_terms(self._ocp)
         kernels = Kernels(self._ocp, terms)
+        self._predict = kernels.predict
         self._solver = ModifiedRti(
             self._ocp,
             RealTimeIteration(self._ocp, terms, kernels),
             kernels.predict,
             config.controller.solver,
-            hover_thrust,
+            config.vehicle.hover_thrust,
             clock,
         )
         stage_ns = seconds_to_ns(self._ocp.stage)
-        self._horizon_ns = np.arange(self._ocp.n_stages + 1) * stage_ns
+        horizon_ns = self._lead_ns + np.arange(self._ocp.n_stages + 1) * stage_ns
+        self._asked_ns = np.concatenate([[0], horizon_ns])
+        """Now, then the stages of the horizon."""
         n_intervals = self._ocp.n_stages * stage_ns // self._period_ns
         self._stage_of_interval = np.arange(n_intervals) * self._period_ns // stage_ns
         """Which stage's input a command applies in each control period of the horizon."""
         self._prediction: Prediction | None = None
-        self._applied_thrusts = np.full((self._ocp.n_vehicles, layout.N_INPUT), hover_thrust)
+        self._estimated: tuple[int, TeamEstimate] | None = None
+        """The last instant with an estimate [ns], and the estimate."""
+        self._inputs = InputLog(self._vehicles, self._period_ns, config.vehicle)
         self._waiting_since_ns: int | None = None
         self._mission_start_ns: int | None = None
 
@@ -116,7 +126,7 @@ class FormationController:
         return decision
 
     def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Waiting:
-        """Decide on the rotor speeds of the interval that starts at the instant of the measurements.
+        """Decide on the rotor speeds of the next interval that commands reach in time.
 
         Args:
             measurements: of all vehicles at one instant.
@@ -127,7 +137,8 @@ class FormationController:
             FlightError: they are still missing after ``controller.start_wait_max_s``.
         """
         now_ns = measurements.arrival_ns
-        estimate = self._estimator.update(measurements, self._applied_thrusts, self._prediction)
+        self._inputs.acknowledge(measurements)
+        estimate = self._estimator.update(measurements, self._inputs.take_changes(now_ns), self._prediction)
         if isinstance(estimate, Waiting):
             self._check_wait(now_ns, estimate)
             return estimate
@@ -135,13 +146,15 @@ class FormationController:
             self._mission_start_ns = now_ns
         mission_ns = now_ns - self._mission_start_ns
         self._mission.advance(mission_ns)
-        asked = self._mission.reference(mission_ns + self._horizon_ns)
-        reference = HorizonReference(asked.p_B1B2_C1, asked.leader.p_NB_N, asked.leader.yaw_NB)
+        asked = self._mission.reference(mission_ns + self._asked_ns)
+        reference = HorizonReference(asked.p_B1B2_C1[:, 1:], asked.leader.p_NB_N[1:], asked.leader.yaw_NB[1:])
         estimate = _unwrapped(estimate, float(asked.leader.yaw_NB[0]))
-        plan, report = self._solver.solve(
-            estimate.states, estimate.geometry, reference, self._applied_thrusts, sqp_steps
-        )
-        self._applied_thrusts = plan.thrusts[:, 0]
+        self._estimated = now_ns, estimate
+        start_ns = now_ns + self._lead_ns
+        start = self._predicted(start_ns)
+        before = self._inputs.thrusts(start_ns - self._period_ns)
+        plan, report = self._solver.solve(start.states, start.geometry, reference, before, sqp_steps)
+        self._inputs.command(start_ns, plan.thrusts[:, 0])
         return self._decision(measurements, estimate, asked, plan, report)
 
     def prepare_next(self) -> None:
@@ -151,6 +164,17 @@ class FormationController:
             RuntimeError: there was no decision yet.
         """
         self._prediction = self._solver.prepare_next()
+        if self._lead_ns > 0 and self._estimated is not None:  # the plan starts later
+            self._prediction = self._predicted(self._estimated[0] + self._period_ns)
+
+    def _predicted(self, start_ns: int) -> Prediction:
+        """The team at an instant after the last estimate, whole control periods later."""
+        assert self._estimated is not None
+        now_ns, estimate = self._estimated
+        if start_ns == now_ns:
+            return Prediction(estimate.states, estimate.geometry)
+        thrusts = map(self._inputs.thrusts, range(now_ns, start_ns, self._period_ns))
+        return predict_ahead(estimate.states, estimate.geometry, thrusts, self._predict, self._ocp.pairs)
 
     def _check_wait(self, now_ns: int, waiting: Waiting) -> None:
         """Raise FlightError if the flight has waited too long for its start."""
@@ -172,6 +196,7 @@ class FormationController:
         report: SolverReport,
     ) -> Decision:
         speeds = np.sqrt(plan.thrusts[:, self._stage_of_interval] / self._thrust_coefficient)
+        start_ns = measurements.arrival_ns + self._lead_ns
         leader, formation = asked.leader, asked.p_B1B2_C1__target
         names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
         geometry, covariances = estimate.geometry, estimate.covariances
@@ -179,9 +204,7 @@ class FormationController:
             step=measurements.step,
             stamp_ns=measurements.arrival_ns,
             commands={
-                name: RotorCommand(
-                    measurements.arrival_ns, self._period_ns, speeds[vehicle, 0], speeds[vehicle, 1:]
-                )
+                name: RotorCommand(start_ns, self._period_ns, speeds[vehicle, 0], speeds[vehicle, 1:])
                 for vehicle, name in enumerate(self._vehicles)
             },
             solver=report,

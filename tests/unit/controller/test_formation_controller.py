@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import itertools
 import re
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from relform_controller.formation_controller import FormationController
 from relform_controller.ocp.problem import Prediction
 from relform_controller.reference.mission import MissionReference, ScenarioMission
 from relform_controller.solver.algorithm import ModifiedRti
+from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
 from relform_core.measurements import TeamMeasurements
@@ -299,10 +301,12 @@ class HoldEstimator:
         self.applied: list[np.ndarray] = []
 
     def update(
-        self, measurements: TeamMeasurements, applied_thrusts: np.ndarray, predicted: Prediction | None
+        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
     ) -> TeamEstimate | Waiting:
-        self.applied.append(applied_thrusts)
-        estimate = self._raw.update(measurements, applied_thrusts, self._before)
+        ((start_ns, thrusts),) = applied.items()
+        assert start_ns == measurements.arrival_ns - 50_000_000
+        self.applied.append(thrusts)
+        estimate = self._raw.update(measurements, applied, self._before)
         if isinstance(estimate, TeamEstimate):
             self._before = Prediction(estimate.states, estimate.geometry)
         return estimate
@@ -351,7 +355,8 @@ def test_with_long_stages_the_reference_is_sampled_at_them_and_commands_at_contr
             return super().reference(stamps_ns)
 
     decisions = replay(FormationController(config, mission=Listening(config)), flight.measured[:3])
-    np.testing.assert_array_equal(asked[2], 100_000_000 + 120_000_000 * np.arange(5))
+    assert asked[2][0] == 100_000_000  # now, for the telemetry
+    np.testing.assert_array_equal(asked[2][1:], 100_000_000 + 120_000_000 * np.arange(5))
     for decision in decisions:
         for command in decision.commands.values():
             assert command.period_ns == 50_000_000

@@ -22,7 +22,7 @@ from support.world import GYRO_VARIANCE, TrueVehicle, measure, random_team, rela
 NAMES = ("leader", "follower_1", "follower_2")
 PAIRS = layout.ordered_pairs(3)
 PERIOD = 0.05
-APPLIED = np.full((3, layout.N_INPUT), 1.7)
+APPLIED = {-50_000_000: np.full((3, layout.N_INPUT), 1.7)}
 YAW_STD_MAX = math.radians(20.0)
 
 

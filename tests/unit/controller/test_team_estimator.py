@@ -42,10 +42,11 @@ def estimates(flight: Flight, measured: list[TeamMeasurements]) -> list[TeamEsti
     estimator = TeamEstimator(SCENARIO.config)
     coefficient = SCENARIO.config.vehicle.thrust_coefficient
     hover = np.full((3, 4), SCENARIO.config.vehicle.hover_thrust)
-    found, applied = [], hover
+    found, thrusts = [], hover
     for measurements, decision in zip(measured, flight.decided, strict=False):
-        found.append(estimator.update(measurements, applied, None))
-        applied = coefficient * np.array([c.speeds for c in decision.commands.values()]) ** 2
+        before_ns = measurements.arrival_ns - SCENARIO.config.period_ns
+        found.append(estimator.update(measurements, {before_ns: thrusts}, None))
+        thrusts = coefficient * np.array([c.speeds for c in decision.commands.values()]) ** 2
     return found
 
 

@@ -1,6 +1,6 @@
 """The estimator seam: measurements of the team in, the start of the horizon out."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -56,13 +56,15 @@ class Estimator(Protocol):
         """Whether the geometry of every estimate has disturbances, for the prediction model."""
 
     def update(
-        self, measurements: TeamMeasurements, applied_thrusts: Array, predicted: Prediction | None
+        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
     ) -> TeamEstimate | Waiting:
         """The estimate at the instant of one control step; called once per step, in order.
 
         Args:
             measurements: what arrived in this step.
-            applied_thrusts: inputs of the interval that ends at this instant [N], shape (vehicle, N_INPUT).
+            applied: inputs [N], shape (vehicle, N_INPUT), by start of the interval [ns]: of the one that ends
+                at this instant, and of earlier ones about which something became known. Each value may be a
+                guess until the vehicles have acknowledged it; then it comes again if it was wrong.
             predicted: what the last plan predicts for this instant; None before the first plan. An estimator
                 with a model of its own does not need it.
         Returns:

@@ -4,6 +4,7 @@ Position and yaw of each vehicle in its own {mi} are zero by definition; their m
 geometry. What was not measured is taken from the prediction of the last plan.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -73,7 +74,7 @@ class RawEstimator:
         """The newest measurements, as long as there is no plan; NaN where there was none yet."""
 
     def update(
-        self, measurements: TeamMeasurements, applied_thrusts: Array, predicted: Prediction | None
+        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
     ) -> TeamEstimate | Waiting:
         """See ``Estimator.update``. The applied inputs are not used: raw feedback has no model."""
         source = self._before_start if predicted is None else predicted

@@ -78,7 +78,7 @@ class TeamEstimator:
         self._sightings: dict[tuple[int, int], RangeBearing] = {}
 
     def update(
-        self, measurements: TeamMeasurements, applied_thrusts: Array, predicted: Prediction | None
+        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
     ) -> TeamEstimate | Waiting:
         """See ``Estimator.update``. The plan's prediction is not used: the filter has a model of its own."""
         now_ns = measurements.arrival_ns
@@ -86,8 +86,9 @@ class TeamEstimator:
             waiting = self._start(measurements)
             if waiting is not None:
                 return waiting
-        else:
-            self._instant(now_ns - self._period_ns).thrusts = applied_thrusts
+        for start_ns, thrusts in applied.items():
+            if start_ns >= self._instants[0].stamp_ns:
+                self._instant(start_ns).thrusts = thrusts
         self._instant(now_ns)
         for name in self._vehicles:
             for sensor, arrived in measurements.by_vehicle[name].by_sensor.items():

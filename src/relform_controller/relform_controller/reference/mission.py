@@ -62,9 +62,8 @@ class ScenarioMission:
 
     def __init__(self, config: ScenarioConfig) -> None:
         self._config = config
-        self._trajectory = LeaderTrajectory(
-            config, math.ceil(config.controller.horizon / config.controller.period - 1e-9)
-        )
+        horizon_steps = math.ceil(config.controller.horizon / config.controller.period - 1e-9)
+        self._trajectory = LeaderTrajectory(config, config.command_lead_steps + horizon_steps)
         self._schedule = FormationSchedule(config)
 
     @property

@@ -1,0 +1,34 @@
+"""Prediction of the team over the time that commands need to reach it."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from relform_controller.ocp.problem import Plan, Prediction, TeamGeometry
+from relform_controller.ocp.terms.term import CompiledFunction
+from relform_controller.solver.warm_start import transform
+from relform_core.arrays import Array
+
+
+def predict_ahead(
+    states: Array,
+    geometry: TeamGeometry,
+    thrusts: Iterable[Array],
+    predict: CompiledFunction,
+    pairs: tuple[tuple[int, int], ...],
+) -> Prediction:
+    """States and {mi} frames of the team after intervals with known thrusts.
+
+    Args:
+        states: in the {mi} of each vehicle at the start, shape (vehicle, N_STATE).
+        geometry: where these frames lie, and what disturbs the vehicles.
+        thrusts: of each interval [N], shape (vehicle, N_INPUT).
+        predict: (state, thrusts, disturbance if there is one) -> (state one control period later,), of all
+            vehicles.
+        pairs: (observer, target) of the geometry.
+    """
+    disturbances = () if geometry.disturbances is None else (geometry.disturbances.inputs,)
+    for each in thrusts:
+        (states,) = predict(states, each, *disturbances)
+    moved, geometry_ahead = transform(Plan(states[:, None], np.empty((len(states), 0))), geometry, pairs)
+    return Prediction(moved.states[:, 0], geometry_ahead)
