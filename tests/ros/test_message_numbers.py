@@ -5,11 +5,14 @@ from typing import Any
 
 import pytest
 
-from relform_core.names import EventKind, SolverState
-from relform_msgs.msg import FormationEvent, SolverStatus
+from relform_core.names import EstimatorMode, EventKind, SolverState
+from relform_msgs.msg import FormationEvent, FormationState, SolverStatus
 
 
-@pytest.mark.parametrize(("enum", "message"), [(EventKind, FormationEvent), (SolverState, SolverStatus)])
+@pytest.mark.parametrize(
+    ("enum", "message"),
+    [(EventKind, FormationEvent), (SolverState, SolverStatus), (EstimatorMode, FormationState)],
+)
 def test_enum_has_the_constants_of_its_message(enum: type[IntEnum], message: Any) -> None:
     metaclass = type(message)
     constants = vars(metaclass)[f"_{metaclass.__name__}__constants"]

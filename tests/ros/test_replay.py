@@ -16,6 +16,7 @@ from relform_analysis.replay.command import DIFFERENT, EQUAL, TROUBLE, main
 from relform_analysis.replay.figure import replay_figure
 from relform_analysis.replay.from_bag import RecordedFlight, read_recorded_flight
 from relform_analysis.replay.replay import replay
+from relform_bags.from_bag import as_installed
 from relform_bags.reader import BagAttachment, BagMessage, bag_files, read_bag
 from relform_bags.split_limits import SplitLimits
 from relform_bags.writer import BagWriter
@@ -73,7 +74,7 @@ def test_a_split_bag_is_one_flight(recorded: RecordedFlight, tmp_path: Path) -> 
     folder = tmp_path / "run/bag"
     entries = list(read_bag(SHORT_FLIGHT))
     attachments = {entry.name: entry.text for entry in entries if isinstance(entry, BagAttachment)}
-    messages = [entry for entry in entries if isinstance(entry, BagMessage)]
+    messages = [as_installed(entry) for entry in entries if isinstance(entry, BagMessage)]
     with BagWriter(folder, attachments, SplitLimits(size=20_000)) as writer:
         for topic, type_name in {entry.topic: entry.type_name for entry in messages}.items():
             writer.add_topic(topic, type_name, [])

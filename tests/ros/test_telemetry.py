@@ -12,12 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from relform_core.names import SolverState
+from relform_core.names import EstimatorMode, SolverState
 from relform_core.scenario_config import TeamConfig
 from relform_core.telemetry import (
+    EstimatorReport,
     Event,
     FaultReported,
     FormationSet,
+    LeaderEstimate,
     PairEstimate,
     ParametersSet,
     PerStep,
@@ -43,6 +45,8 @@ VEHICLES = TEAM.vehicles
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 STAMPS = st.integers(0, (2**31 - 1) * 10**9 + 999_999_999)
 VECTOR = arrays(np.float64, 3, elements=FINITE)
+COUNT = st.integers(0, 2**32 - 1)
+COVARIANCE = st.none() | arrays(np.float64, (4, 4), elements=st.floats(0.0, 1e300))
 PAIRS = st.lists(st.sampled_from(list(itertools.permutations(VEHICLES, 2))), unique=True)
 STATE = PAIRS.flatmap(
     lambda names: st.builds(
@@ -59,12 +63,23 @@ STATE = PAIRS.flatmap(
                     yaw_I1I2=FINITE,
                     yaw_variance=st.floats(0.0, math.inf),
                     yaw_held=st.booleans(),
+                    yaw_singular=st.booleans(),
+                    covariance=COVARIANCE,
                 )
                 for observer, target in names
             )
         ),
         leader_position_error=FINITE,
         leader_yaw_error=FINITE,
+        leader=st.builds(LeaderEstimate, p_NB_N=VECTOR, yaw_NB=FINITE, covariance=COVARIANCE),
+        estimator=st.builds(
+            EstimatorReport,
+            mode=st.sampled_from(EstimatorMode),
+            reason=st.text("abc "),
+            nis=FINITE,
+            nis_dof=st.integers(1, 2**32 - 1),
+            rejected=st.lists(st.text("abc ")).map(tuple),
+        ),
     )
 )
 REFERENCE = PAIRS.flatmap(
@@ -77,7 +92,6 @@ REFERENCE = PAIRS.flatmap(
         formation=st.fixed_dictionaries(dict.fromkeys(names, VECTOR)),
     )
 )
-COUNT = st.integers(0, 2**32 - 1)
 SOLVER = st.builds(
     SolverReport,
     state=st.sampled_from(SolverState),
@@ -115,6 +129,15 @@ def test_state_roundtrip(state: PerStep[TeamState]) -> None:
     assert bits(state_from_msg(over_the_wire(state_to_msg(state)), VEHICLES)) == bits(state)
 
 
+def test_state_without_innovations_and_of_an_older_version() -> None:
+    leader = LeaderEstimate(np.array([1.0, -2.0, 3.0]), 7.5, None)
+    quiet = TeamState("A", (), 0.5, -0.25, leader, EstimatorReport(EstimatorMode.DEGRADED, "no IMU"))
+    older = TeamState("A", (), 0.5, -0.25)
+    for state in (quiet, older):
+        step = PerStep(7, 350_000_000, state)
+        assert bits(state_from_msg(over_the_wire(state_to_msg(step)), VEHICLES)) == bits(step)
+
+
 @given(per_step(REFERENCE))
 def test_reference_roundtrip(reference: PerStep[TeamReference]) -> None:
     assert bits(reference_from_msg(over_the_wire(reference_to_msg(reference)), VEHICLES)) == bits(reference)
@@ -135,10 +158,12 @@ def test_event_roundtrip(event: PerStep[Event]) -> None:
 def state_message() -> Any:
     position = np.array([1.5, -2.5, 3.5])
     pairs = tuple(
-        PairEstimate(observer, target, position, position, 0.25, 0.04, False)
+        PairEstimate(observer, target, position, position, 0.25, 0.04, False, True, np.eye(4))
         for observer, target in itertools.permutations(VEHICLES, 2)
     )
-    return state_to_msg(PerStep(7, 350_000_000, TeamState("A", pairs, 0.5, -0.25)))
+    leader = LeaderEstimate(position, 1.5, np.diag([0.25, 0.5, 0.75, 1.0]))
+    estimator = EstimatorReport(EstimatorMode.PREDICTED, "no sonar of leader", 12.5, 18, ("one", "two"))
+    return state_to_msg(PerStep(7, 350_000_000, TeamState("A", pairs, 0.5, -0.25, leader, estimator)))
 
 
 def reference_message() -> Any:
@@ -225,6 +250,22 @@ NAN, INF = math.nan, math.inf
         ("state", "pairs[0].yaw_variance = -0.5", Reason.INVALID, "must not be negative (got -0.5)"),
         ("state", "leader_position_error = nan", Reason.INVALID, "leader_position_error must be finite"),
         ("state", "leader_yaw_error = inf", Reason.INVALID, "leader_yaw_error must be finite (got inf)"),
+        ("state", "pairs[0].covariance[5] = nan", Reason.INVALID, "covariance of 'follower_1' seen by"),
+        ("state", "leader_position.z = nan", Reason.INVALID, "leader_position must be finite"),
+        ("state", "leader_yaw = inf", Reason.INVALID, "leader_yaw must be finite"),
+        (
+            "state",
+            "leader_covariance[15] = -0.5",
+            Reason.INVALID,
+            "leader_covariance must not have negative variances",
+        ),
+        (
+            "state",
+            "estimator_mode = 7",
+            Reason.INVALID,
+            "estimator_mode must be one of 0 (MEASURED), 1 (PREDICTED), 2 (DEGRADED) (got 7)",
+        ),
+        ("state", "nis = nan", Reason.INVALID, "nis must be finite"),
         ("reference", "header.frame_id = ''", Reason.FOREIGN, "frame_id must be 'map' (got '')"),
         ("reference", "leader_position.x = nan", Reason.INVALID, "leader_position must be finite"),
         ("reference", "leader_velocity.x = inf", Reason.INVALID, "leader_velocity must be finite"),

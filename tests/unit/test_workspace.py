@@ -35,6 +35,7 @@ ROSDEP_KEYS = {
     "jinja2": "python3-jinja2",
     "matplotlib": "python3-matplotlib",
     "mcap": None,
+    "mcap_ros2": None,
     "mpl_toolkits": "python3-matplotlib",
     "numpy": "python3-numpy",
     "pydantic": "python3-pydantic",

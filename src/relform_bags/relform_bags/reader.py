@@ -1,11 +1,12 @@
 """Read the attachments and messages of a bag, closed or not."""
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Message, Schema
+from mcap.well_known import SchemaEncoding
 
 from relform_bags.records import MAGIC, RawRecord, data_records, raw_records, read_errors
 from relform_core.errors import BagError
@@ -24,6 +25,8 @@ class BagMessage:
     data: bytes
     log_time_ns: int
     publish_time_ns: int
+    definition: str = field(default="", repr=False, compare=False)
+    """The .msg text and those of all types that it contains, as recorded; empty: recorded in another form."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +163,7 @@ class _FileReading:
         """Whether the end of the data was found, which only a closed file has."""
         self._file = file
         self._schemas: dict[int, Schema] = {}
+        self._definitions: dict[int, str] = {}
         self._channels: dict[int, Channel] = {}
 
     def entries(self) -> Iterator[BagAttachment | BagMessage]:
@@ -178,13 +182,22 @@ class _FileReading:
             match entry:
                 case Schema():
                     self._schemas[entry.id] = entry
+                    if entry.encoding == SchemaEncoding.ROS2:
+                        self._definitions[entry.id] = entry.data.decode(errors="replace")
                 case Channel():
                     self._channels[entry.id] = entry
                 case Message():
                     channel = self._channels[entry.channel_id]
                     schema = self._schemas.get(channel.schema_id)
                     type_name = "" if schema is None else schema.name
-                    yield BagMessage(channel.topic, type_name, entry.data, entry.log_time, entry.publish_time)
+                    yield BagMessage(
+                        channel.topic,
+                        type_name,
+                        entry.data,
+                        entry.log_time,
+                        entry.publish_time,
+                        self._definitions.get(channel.schema_id, ""),
+                    )
 
 
 def _text_attachment(attachment: Attachment) -> Iterator[BagAttachment]:

@@ -200,6 +200,7 @@ class FormationController:
         leader, formation = asked.leader, asked.p_B1B2_C1__target
         names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
         geometry, covariances = estimate.geometry, estimate.covariances
+        yaw_variance_max = self._config.relative_yaw_std_max**2
         return Decision(
             step=measurements.step,
             stamp_ns=measurements.arrival_ns,
@@ -220,6 +221,7 @@ class FormationController:
                         yaw_I1I2=float(geometry.yaw_I1I2[pair]),
                         yaw_variance=float(estimate.yaw_variances[pair]),
                         yaw_held=estimate.yaw_held[pair],
+                        yaw_singular=bool(estimate.yaw_variances[pair] > yaw_variance_max),
                         covariance=None if covariances is None else covariances.pairs[pair],
                     )
                     for pair, (observer, target) in enumerate(names)

@@ -43,6 +43,8 @@ class PairEstimate:
     """[rad^2]; infinite where the yaw cannot be observed."""
     yaw_held: bool
     """Whether the yaw could not be measured in this step and was propagated with the gyros."""
+    yaw_singular: bool = False
+    """Whether the standard deviation of the yaw is beyond ``controller.relative_yaw_std_max``."""
     covariance: Array | None = None
     """Of p_B1B2_C1 and yaw_I1I2 [m, rad], shape (4, 4); None: unknown."""
 

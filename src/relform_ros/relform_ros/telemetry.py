@@ -4,10 +4,21 @@ As in ``fields``, ``*_to_msg`` trusts its argument, ``*_from_msg`` raises ``Reje
 """
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 
-from relform_core.names import SolverState
-from relform_core.telemetry import PairEstimate, PerStep, SolverReport, TeamReference, TeamState
+import numpy as np
+
+from relform_core.arrays import Array
+from relform_core.names import EstimatorMode, SolverState
+from relform_core.telemetry import (
+    EstimatorReport,
+    LeaderEstimate,
+    PairEstimate,
+    PerStep,
+    SolverReport,
+    TeamReference,
+    TeamState,
+)
 from relform_msgs.msg import FormationReference as FormationReferenceMsg
 from relform_msgs.msg import FormationState as FormationStateMsg
 from relform_msgs.msg import PairState as PairStateMsg
@@ -15,6 +26,8 @@ from relform_msgs.msg import RelativePosition as RelativePositionMsg
 from relform_msgs.msg import SolverStatus as SolverStatusMsg
 from relform_ros.fields import (
     WORLD_FRAME,
+    covariance_from_msg,
+    flat,
     header_from_msg,
     header_to_msg,
     point_to_msg,
@@ -23,11 +36,20 @@ from relform_ros.fields import (
 )
 from relform_ros.rejection import Reason, RejectionError
 
+POSE_SIZE = 4
+"""Of a covariance of position and yaw."""
+UNKNOWN_COVARIANCE = [-1.0] + (POSE_SIZE**2 - 1) * [0.0]
+"""As in REP-145 the first element says that a covariance is not known."""
+UNKNOWN_MODE = 255
+"""Mode in a message of an older version, which has neither leader nor estimator."""
+NO_NIS = -1.0
+"""In a message of a step without innovations."""
+
 
 def state_to_msg(state: PerStep[TeamState]) -> FormationStateMsg:
     """The team as the controller sees it in one control step."""
     team = state.value
-    return FormationStateMsg(
+    msg = FormationStateMsg(
         header=header_to_msg(state.stamp_ns),
         step=state.step,
         phase=team.phase,
@@ -35,6 +57,17 @@ def state_to_msg(state: PerStep[TeamState]) -> FormationStateMsg:
         leader_position_error=team.leader_position_error,
         leader_yaw_error=team.leader_yaw_error,
     )
+    if team.leader is not None:
+        msg.leader_position = point_to_msg(team.leader.p_NB_N)
+        msg.leader_yaw = team.leader.yaw_NB
+        msg.leader_covariance = _covariance_to_msg(team.leader.covariance)
+    if team.estimator is not None:
+        msg.estimator_mode = int(team.estimator.mode)
+        msg.estimator_reason = team.estimator.reason
+        msg.nis = team.estimator.nis if team.estimator.nis_dof else NO_NIS
+        msg.nis_dof = team.estimator.nis_dof
+        msg.rejected = list(team.estimator.rejected)
+    return msg
 
 
 def state_from_msg(msg: FormationStateMsg, vehicles: Collection[str]) -> PerStep[TeamState]:
@@ -47,13 +80,39 @@ def state_from_msg(msg: FormationStateMsg, vehicles: Collection[str]) -> PerStep
     """
     stamp_ns = header_from_msg(msg.header, "")
     _check_pairs(((pair.observer_id, pair.target_id) for pair in msg.pairs), vehicles)
+    is_known = msg.estimator_mode != UNKNOWN_MODE
     state = TeamState(
         phase=msg.phase,
         pairs=tuple(_pair_from_msg(pair) for pair in msg.pairs),
         leader_position_error=_finite(msg.leader_position_error, "leader_position_error"),
         leader_yaw_error=_finite(msg.leader_yaw_error, "leader_yaw_error"),
+        leader=_leader_from_msg(msg) if is_known else None,
+        estimator=_estimator_from_msg(msg) if is_known else None,
     )
     return PerStep(msg.step, stamp_ns, state)
+
+
+def _leader_from_msg(msg: FormationStateMsg) -> LeaderEstimate:
+    return LeaderEstimate(
+        p_NB_N=vector_from_msg(msg.leader_position, "leader_position"),
+        yaw_NB=_finite(msg.leader_yaw, "leader_yaw"),
+        covariance=_covariance_from_msg(msg.leader_covariance, "leader_covariance"),
+    )
+
+
+def _estimator_from_msg(msg: FormationStateMsg) -> EstimatorReport:
+    if msg.estimator_mode not in tuple(EstimatorMode):
+        known = ", ".join(f"{mode.value} ({mode.name})" for mode in EstimatorMode)
+        raise RejectionError(
+            Reason.INVALID, f"estimator_mode must be one of {known} (got {msg.estimator_mode})"
+        )
+    return EstimatorReport(
+        mode=EstimatorMode(msg.estimator_mode),
+        reason=msg.estimator_reason,
+        nis=_finite(msg.nis, "nis") if msg.nis_dof else math.nan,
+        nis_dof=msg.nis_dof,
+        rejected=tuple(msg.rejected),
+    )
 
 
 def _pair_to_msg(pair: PairEstimate) -> PairStateMsg:
@@ -66,6 +125,8 @@ def _pair_to_msg(pair: PairEstimate) -> PairStateMsg:
         yaw=pair.yaw_I1I2,
         yaw_variance=pair.yaw_variance,
         yaw_held=pair.yaw_held,
+        yaw_singular=pair.yaw_singular,
+        covariance=_covariance_to_msg(pair.covariance),
     )
 
 
@@ -83,7 +144,17 @@ def _pair_from_msg(msg: PairStateMsg) -> PairEstimate:
         yaw_I1I2=_finite(msg.yaw, f"yaw {pair}"),
         yaw_variance=msg.yaw_variance,
         yaw_held=msg.yaw_held,
+        yaw_singular=msg.yaw_singular,
+        covariance=_covariance_from_msg(msg.covariance, f"covariance {pair}"),
     )
+
+
+def _covariance_to_msg(covariance: Array | None) -> Array:
+    return np.array(UNKNOWN_COVARIANCE) if covariance is None else flat(covariance)
+
+
+def _covariance_from_msg(values: Sequence[float], what: str) -> Array | None:
+    return None if values[0] == -1.0 else covariance_from_msg(values, POSE_SIZE, what)
 
 
 def reference_to_msg(reference: PerStep[TeamReference]) -> FormationReferenceMsg:

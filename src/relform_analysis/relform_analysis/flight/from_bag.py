@@ -5,12 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rclpy.serialization import deserialize_message
-
 from relform_analysis.flight.bag_configuration import find_configuration
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
-from relform_bags.message_types import message_class
+from relform_bags.from_bag import decode
 from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_core.errors import BagError, MessageError
 from relform_core.names import GROUND_TRUTH, ROTOR_SPEEDS, vehicle_topic
@@ -69,7 +67,7 @@ def read_flight_log(path: Path, configuration: Path | str | None = None) -> Flig
     for entry in read_bag(bag, takers):
         if isinstance(entry, BagMessage):
             try:
-                takers[entry.topic](deserialize_message(entry.data, message_class(entry.type_name)))
+                takers[entry.topic](decode(entry))
             except MessageError as error:
                 raise BagError(f"{bag}: {entry.topic}: {error}") from None
     if missing := builder.missing():

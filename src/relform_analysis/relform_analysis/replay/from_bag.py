@@ -6,11 +6,9 @@ Messages are found by the stamp in their header: the log time of a bag is wall t
 from pathlib import Path
 from typing import Any
 
-from rclpy.serialization import deserialize_message
-
 from relform_analysis.flight.bag_configuration import find_configuration
 from relform_analysis.replay.replay import RecordedFlight, RecordedStep
-from relform_bags.message_types import message_class
+from relform_bags.from_bag import decode
 from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_core.errors import BagError, MessageError
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
@@ -56,7 +54,7 @@ class _Recording:
     def __init__(self, bag: Path, config: ScenarioConfig, controller: Controller) -> None:
         self._config = config
         self._controller = controller
-        self._messages: dict[tuple[str, int], tuple[str, bytes]] = {}
+        self._messages: dict[tuple[str, int], BagMessage] = {}
         self._decided: dict[int, StepDecided] = {}
         self._formations: dict[int, FormationSet] = {}
         self._parameters: dict[int, ParametersSet] = {}
@@ -69,11 +67,10 @@ class _Recording:
         for entry in read_bag(bag, {controller.events, *self._sources, *self._commands.values()}):
             if not isinstance(entry, BagMessage):
                 continue
-            message = entry.type_name, entry.data
             if entry.topic == controller.events:
-                self._add_event(event_from_msg(_deserialized(message), config.team))
+                self._add_event(event_from_msg(decode(entry), config.team))
             else:  # the controller, too, takes the first of two
-                self._messages.setdefault((entry.topic, raw_stamp_ns(entry.data)), message)
+                self._messages.setdefault((entry.topic, raw_stamp_ns(entry.data)), entry)
 
     def gap(self, step: int) -> str | None:
         """Why this step cannot be replayed, in words; empty: the flight ended before; None: it can."""
@@ -108,7 +105,7 @@ class _Recording:
         arrived: dict[str, list[Any]] = {vehicle: [] for vehicle in team.vehicles}
         for topic, stamp_ns in decided.inputs:
             vehicle, source = self._sources[topic]
-            msg = _deserialized(self._messages[topic, stamp_ns])
+            msg = decode(self._messages[topic, stamp_ns])
             arrived[vehicle].append((source, wire(source).from_msg(msg, vehicle, team.vehicles)))
         given = {vehicle: VehicleMeasurements.collect(each) for vehicle, each in arrived.items()}
         stamp_ns = self._stamp_ns(step)
@@ -119,9 +116,7 @@ class _Recording:
             {} if parameters is None else parameters.changes,
             decided.sqp_steps,
             {
-                vehicle: rotor_command_from_msg(
-                    _deserialized(self._messages[topic, self._answer_ns(step)]), vehicle
-                )
+                vehicle: rotor_command_from_msg(decode(self._messages[topic, self._answer_ns(step)]), vehicle)
                 for vehicle, topic in self._answers(step).items()
             },
         )
@@ -148,8 +143,3 @@ class _Recording:
 
     def _named(self, step: int) -> str:
         return f"control step {step} ({self._stamp_ns(step) / NANOSECONDS_PER_SECOND:.2f} s)"
-
-
-def _deserialized(message: tuple[str, bytes]) -> Any:
-    type_name, data = message
-    return deserialize_message(data, message_class(type_name))

@@ -40,9 +40,10 @@ def write_drawable_bag(source: Path, out: Path) -> None:
         BagError: the source cannot be read or has nothing to draw, or the copy cannot be written.
     """
     from relform_bags.foxglove.from_bag import drawable_poses  # needs ROS, the help does not
+    from relform_bags.from_bag import as_installed
 
     entries = list(read_bag(source))
-    messages = [entry for entry in entries if isinstance(entry, BagMessage)]
+    messages = [as_installed(entry) for entry in entries if isinstance(entry, BagMessage)]
     poses = list(drawable_poses(messages))
     if not poses:
         raise BagError(f"{source}: nothing to draw: the bag has no topic <vehicle>/{GROUND_TRUTH}")

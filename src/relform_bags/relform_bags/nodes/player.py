@@ -13,6 +13,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock as ClockMsg
 
+from relform_bags.from_bag import as_installed
 from relform_bags.keyboard import Keyboard, terminal_keyboard
 from relform_bags.message_types import message_class
 from relform_bags.nodes.option_parameters import read_options
@@ -54,7 +55,9 @@ class Player:
             raise ConfigError("parameter bag is not set: add --ros-args -p bag:=<bag or folder of a run>")
         self._start_ns, self._messages = _load(self._options)
         self._publishers = self._create_publishers()
-        self._messages = [message for message in self._messages if message.topic in self._publishers]
+        self._messages = [
+            as_installed(message) for message in self._messages if message.topic in self._publishers
+        ]
         if not self._messages:
             raise BagError(f"{self._options.bag}: none of its message types is installed")
         self._timeline = Timeline(self._start_ns, self._options.rate, 0.0, paused=True)  # run() starts it

@@ -19,12 +19,21 @@ from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.names import (
     CONTROLLER_NODE,
     ROTOR_SPEEDS,
+    EstimatorMode,
     SolverState,
     split_node_name,
     vehicle_topic,
 )
 from relform_core.roster import Controller, Roster
-from relform_core.telemetry import Decision, Event, FormationSet, ParametersSet, PerStep, StepDecided
+from relform_core.telemetry import (
+    Decision,
+    EstimatorReport,
+    Event,
+    FormationSet,
+    ParametersSet,
+    PerStep,
+    StepDecided,
+)
 from relform_msgs.msg import FormationEvent
 from relform_msgs.srv import SetFormation
 from relform_ros.commands import rotor_command_to_msg
@@ -59,6 +68,10 @@ class ControllerNode:
         """The first step that was not decided yet; there a change takes effect."""
         self._solver_states: Counter[SolverState] = Counter()
         self._fallback_reason = ""
+        self._estimator = EstimatorReport(EstimatorMode.MEASURED, "")
+        """Of the newest decision."""
+        self._rejected = 0
+        """Measurements that the estimator has rejected in the flight."""
         self._waiting_for = ""
         """What the controller waits for at the start of the flight; empty: it does not wait."""
         self._pacing = pacing
@@ -134,6 +147,9 @@ class ControllerNode:
         self._waiting_for = ""
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
+        if decision.state.estimator is not None:
+            self._estimator = decision.state.estimator
+            self._rejected += len(self._estimator.rejected)
         for vehicle, command in decision.commands.items():
             topic = vehicle_topic(vehicle, ROTOR_SPEEDS)
             self._pacing.publish(topic, rotor_command_to_msg(command, vehicle))
@@ -172,6 +188,11 @@ class ControllerNode:
         return counts | {
             "solver.last_fallback_reason": self._fallback_reason,
             "estimator.waiting_for": self._waiting_for,
+            "estimator.mode": self._estimator.mode.name.lower(),
+            "estimator.reason": self._estimator.reason,
+            "estimator.nis": self._estimator.nis,
+            "estimator.nis_dof": self._estimator.nis_dof,
+            "estimator.rejected": self._rejected,
         }
 
 
