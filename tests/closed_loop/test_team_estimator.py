@@ -34,6 +34,9 @@ NO_LOCALIZATION = (
     "kind: dropout, target: leader, sensor: localization, start_s: 12.0, end_s: 17.0, probability: 1.0"
 )
 
+JUMP = "kind: localization_jump, target: leader, start_s: 12.0, end_s: 27.0, offset_m: [0.3, -0.4, 0.0]"
+NO_IMU = "kind: dropout, target: follower_1, sensor: imu, start_s: 12.0, end_s: 17.0, probability: 1.0"
+
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_papers_flight(seed: int) -> None:
@@ -53,9 +56,19 @@ def test_the_papers_flight(seed: int) -> None:
         (events(*map(wind, ("leader", "follower_1", "follower_2"))), 0.014),
         (events(OUTLIERS), 0.012),
         (events(NO_LOCALIZATION, wind("follower_2")), 0.014),
-        ("sensors.range_bearing.dropout_probability=0.5", 0.017),
+        (events(JUMP), 0.010),
+        (events(NO_IMU), 0.014),
+        ("sensors.range_bearing.dropout_probability=0.5", 0.015),
     ],
-    ids=["thrust_loss", "wind_on_all", "outliers", "no_localization_and_wind", "half_of_all_sightings"],
+    ids=[
+        "thrust_loss",
+        "wind_on_all",
+        "outliers",
+        "no_localization_and_wind",
+        "localization_jump",
+        "no_imu",
+        "half_of_all_sightings",
+    ],
 )
 def test_disturbed_flights(change: str, bound: float) -> None:
     log = fly(change, seed=4)

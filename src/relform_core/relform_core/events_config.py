@@ -65,6 +65,14 @@ class Dropout(_Event):
     probability: Probability
 
 
+class LocalizationJump(_Event):
+    """The localization of the leader is off by a constant."""
+
+    kind: Literal["localization_jump"]
+    offset_N: Annotated[Vector3, Field(alias="offset_m")]
+    """In the world frame {n} [m]."""
+
+
 class CommandLoss(_Event):
     """Commands do not reach the vehicle with this probability."""
 
@@ -86,5 +94,6 @@ class LinkFault(_Event):
 
 
 Event = Annotated[
-    Wind | ThrustScale | Outliers | Dropout | CommandLoss | LinkFault, Field(discriminator="kind")
+    Wind | ThrustScale | Outliers | Dropout | LocalizationJump | CommandLoss | LinkFault,
+    Field(discriminator="kind"),
 ]

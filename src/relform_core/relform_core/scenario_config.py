@@ -9,11 +9,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from relform_core.controller_config import ControllerConfig
-from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault
+from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump
 from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig
 from relform_core.schema import Label, Name, Positive, Schema, Vector3
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
+from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor, Source
 from relform_core.sensors_config import SensorsConfig
@@ -237,12 +238,14 @@ class ScenarioConfig(Schema):
                     f"known are {', '.join(self.team.vehicles)}"
                 )
             if isinstance(event, Dropout):
-                self._check_carried(event.target, event.sensor)
+                self._check_carried(event.kind, event.target, event.sensor)
+            if isinstance(event, LocalizationJump):
+                self._check_carried(event.kind, event.target, LOCALIZATION.name)
         return self
 
-    def _check_carried(self, vehicle: str, name: str) -> None:
-        """Raise ValueError if a vehicle does not carry the sensor that a dropout of it names."""
+    def _check_carried(self, event: str, vehicle: str, name: str) -> None:
+        """Raise ValueError if a vehicle does not carry the sensor that an event of this kind acts on."""
         if name not in {sensor.name for sensor in self.sensors_of(vehicle)}:
             is_configured = getattr(self.sensors, name) is not None
             reason = "only the leader has" if is_configured else f"sensors.{name} is not configured"
-            raise ValueError(f"event 'dropout': '{vehicle}' has no {name}, {reason}")
+            raise ValueError(f"event '{event}': '{vehicle}' has no {name}, {reason}")

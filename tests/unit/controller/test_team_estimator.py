@@ -6,14 +6,19 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from relform_controller.estimation.estimator import TeamEstimate, Waiting
 from relform_controller.estimation.team import TeamEstimator
+from relform_controller.estimation.team_monitor import RUN
 from relform_controller.formation_controller import FormationController
+from relform_controller.ocp.frames import wrap_angle, wrap_angles
+from relform_controller.ocp.layout import ordered_pairs
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.names import EstimatorMode
 from relform_core.sensors.imu import IMU
-from relform_core.sensors.range_bearing import RANGE_BEARING
+from relform_core.sensors.localization import LOCALIZATION
+from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing
 from relform_core.telemetry import Decision
 from support.flights import AGILE, all_speeds, decided, record, replaced
 from support.scenarios import paper_scenario
@@ -142,6 +147,87 @@ def test_an_outlier_is_ignored(flight: Flight) -> None:
     ]
     difference = last(flight, measured).geometry.p_I1I2_I1 - last(flight, flight.measured).geometry.p_I1I2_I1
     assert np.abs(difference).max() < 0.01
+
+
+def with_sightings(
+    measurements: TeamMeasurements, observer: str, change: Callable[[RangeBearing], RangeBearing]
+) -> TeamMeasurements:
+    bearings = measurements.by_vehicle[observer].newest(RANGE_BEARING)
+    assert bearings is not None
+    by_target = {target: change(seen) for target, seen in bearings.by_target.items()}
+    return replaced(measurements, observer, range_bearing=dataclasses.replace(bearings, by_target=by_target))
+
+
+def test_a_vehicle_about_which_the_belief_is_wrong_is_placed_again(flight: Flight) -> None:
+    """At the start, a follower sees the others as if it had turned by 1.9 rad to the left."""
+
+    def turned(seen: RangeBearing) -> RangeBearing:
+        return dataclasses.replace(seen, azimuth=wrap_angle(seen.azimuth - 1.9))
+
+    measured = [with_sightings(flight.measured[0], FOLLOWER, turned), *flight.measured[1:]]
+    found = [each for each in estimates(flight, measured) if isinstance(each, TeamEstimate)]
+    whole = [each for each in estimates(flight, flight.measured) if isinstance(each, TeamEstimate)]
+    turns = [
+        wrap_angles(a.geometry.yaw_I1I2 - b.geometry.yaw_I1I2) for a, b in zip(found, whole, strict=True)
+    ]
+    followers = [(i == 1, j == 1) for i, j in ordered_pairs(3)]
+    expected = [1.9 * (is_target - is_observer) for is_observer, is_target in followers]
+    np.testing.assert_allclose(turns[5], expected, atol=0.2)
+    assert found[5].report.rejected == (
+        "range and bearing from follower_1 to leader",
+        "range and bearing from follower_1 to follower_2",
+    )
+    placed = [k for k, each in enumerate(found) if "follower_1 was placed again" in each.report.reason]
+    assert len(placed) == 1
+    assert found[placed[0]].report.mode is EstimatorMode.DEGRADED
+    assert not found[-1].report.rejected
+    np.testing.assert_allclose(turns[-1], 0.0, atol=0.05)
+    np.testing.assert_allclose(found[-1].geometry.p_I1I2_I1, whole[-1].geometry.p_I1I2_I1, atol=0.03)
+
+
+def test_a_vehicle_with_a_broken_camera_is_not_placed_again(flight: Flight) -> None:
+    """What contradicts the belief in a new way each time does not prove it wrong."""
+    generator = np.random.default_rng(8)
+
+    def broken(seen: RangeBearing) -> RangeBearing:
+        return dataclasses.replace(seen, azimuth=generator.uniform(-np.pi, np.pi))
+
+    measured = [
+        *flight.measured[:8],
+        *(with_sightings(each, FOLLOWER, broken) for each in flight.measured[8:]),
+    ]
+    found = estimates(flight, measured)
+    assert all("placed" not in each.report.reason for each in found if isinstance(each, TeamEstimate))
+    off = found[-1].geometry.yaw_I1I2 - last(flight, flight.measured).geometry.yaw_I1I2  # type: ignore[union-attr]
+    np.testing.assert_allclose(wrap_angles(off), 0.0, atol=0.1)
+
+
+def test_a_jump_of_the_localization_moves_the_team_as_a_whole(flight: Flight) -> None:
+    jump = np.array([0.4, -0.7, 0.0])  # the sonars know the height
+
+    def jumped(measurements: TeamMeasurements) -> TeamMeasurements:
+        fix = measurements.by_vehicle["leader"].newest(LOCALIZATION)
+        assert fix is not None
+        return replaced(
+            measurements, "leader", localization=dataclasses.replace(fix, p_NB_N=fix.p_NB_N + jump)
+        )
+
+    measured = [*flight.measured[:12], *map(jumped, flight.measured[12:])]
+    found = [each for each in estimates(flight, measured) if isinstance(each, TeamEstimate)]
+    reasons = [each.report.reason for each in found]
+    assert reasons[12 : 12 + RUN - 1] == ["localization of leader does not fit"] * (RUN - 1)
+    assert reasons[12 + RUN - 1 :] == ["localization of leader has jumped", *[""] * (len(reasons) - 12 - RUN)]
+    whole = last(flight, flight.measured).geometry
+    np.testing.assert_allclose(found[-1].geometry.p_NI_N - whole.p_NI_N, jump, atol=0.06)
+    np.testing.assert_allclose(found[-1].geometry.p_I1I2_I1, whole.p_I1I2_I1, atol=0.01)
+
+
+def test_innovations_are_reported(flight: Flight) -> None:
+    found = estimates(flight, flight.measured)
+    reports = [each.report for each in found if isinstance(each, TeamEstimate)]
+    assert {report.nis_dof for report in reports} == {3 * len(ordered_pairs(3))}
+    # Loose: the mean of 30 sums of 18 squares.
+    assert chi2.ppf(0.001, 30 * 18) / 30 < np.mean([report.nis for report in reports]) < 22.0
 
 
 def test_a_lost_message_is_named(flight: Flight) -> None:

@@ -126,6 +126,11 @@ def test_sections_that_contradict_themselves(override: str, problem: str) -> Non
             "probability: 0.5}]",
             "event 'dropout': 'follower_1' has no localization, only the leader has",
         ),
+        (
+            "events=[{kind: localization_jump, start_s: 1, end_s: 2, target: follower_1, "
+            "offset_m: [0.5, 0.0, 0.0]}]",
+            "event 'localization_jump': 'follower_1' has no localization, only the leader has",
+        ),
     ],
 )
 def test_scenarios_that_contradict_themselves(override: str, problem: str) -> None:
@@ -162,7 +167,8 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
         (
             "events=[{kind: hail}]",
             "events.0.kind: must be one of "
-            "'wind', 'thrust_scale', 'outliers', 'dropout', 'command_loss', 'link' (got 'hail')",
+            "'wind', 'thrust_scale', 'outliers', 'dropout', 'localization_jump', 'command_loss', 'link' "
+            "(got 'hail')",
         ),
         (
             f"events=[{{kind: thrust_scale, {EVENT}, scale: 2.5}}]",

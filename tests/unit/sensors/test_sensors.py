@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from relform_core.events_config import LocalizationJump
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry
 from relform_sensors.imu import UNKNOWN_YAW_VARIANCE, ImuSensor
@@ -134,6 +135,20 @@ def test_sonar_values_fit_the_message_exactly() -> None:
 def test_sonar_exactly_at_its_limit_is_within() -> None:
     # 0.2 is not a float32: limit and range must be rounded alike.
     assert make_sonar(range_std=0.0).read(truth_at(height=0.2)).range == pytest.approx(0.2)
+
+
+def test_localization_jumps_while_the_event_lasts() -> None:
+    jump = LocalizationJump(
+        kind="localization_jump", target="leader", start_s=1.0, end_s=2.0, offset_m=(0.3, -0.4, 0.1)
+    )
+    for time, expected in ((0.95, 0.0), (1.0, 1.0), (1.95, 1.0), (2.0, 0.0)):
+        truth = truth_at(time)
+        calm, off = (
+            LocalizationSensor(SENSORS.localization, np.random.default_rng(4), jumps).read(truth)
+            for jumps in ((), (jump,))
+        )
+        np.testing.assert_allclose(off.p_NB_N - calm.p_NB_N, expected * np.array(jump.offset_N), atol=1e-12)
+        np.testing.assert_array_equal(off.q_NB, calm.q_NB)
 
 
 def test_localization_noise() -> None:

@@ -1,22 +1,29 @@
 """The team estimator: a Kalman filter of all vehicles; measurements may be late, lost or wrong."""
 
-from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from relform_controller.estimation import team_geometry, team_monitor, team_noise
-from relform_controller.estimation.estimator import TeamEstimate, Waiting, listed
-from relform_controller.estimation.team_filter import Belief, Innovation, TeamFilter
+from relform_controller.estimation import (
+    team_geometry,
+    team_model,
+    team_monitor,
+    team_noise,
+    team_restart,
+)
+from relform_controller.estimation.estimator import TeamEstimate, Waiting
+from relform_controller.estimation.team_filter import Belief, Innovation, TeamFilter, squared_distances
+from relform_controller.estimation.team_health import TeamHealth
+from relform_controller.estimation.team_monitor import Memory
 from relform_controller.estimation.team_observation import ObservationBuilder
 from relform_controller.estimation.team_start import first_belief, first_states
+from relform_controller.estimation.timeline import Measured, Timeline
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody
 from relform_controller.ocp.problem import Prediction
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements
-from relform_core.names import EstimatorMode
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
@@ -30,18 +37,26 @@ HISTORY_STEPS = 12
 """How many control periods a measurement may be late."""
 
 
-@dataclass
-class _Instant:
-    """An instant of the recent past."""
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What is known at one instant."""
 
-    stamp_ns: int
-    prior: tuple[Belief, Array] | None = None
-    """Belief and ``team_monitor`` average before its measurements; None: to be computed again, because
-    something arrived late."""
-    measured: dict[tuple[str, str], object] = field(default_factory=dict)
-    """By (vehicle, sensor)."""
-    thrusts: Array | None = None
-    """Applied from here to the next control instant [N], shape (vehicle, 4); None: as before."""
+    belief: Belief
+    memory: Memory
+    thrusts: Array
+    """In the interval that ends here [N], shape (vehicle, 4)."""
+
+
+@dataclass
+class _Findings:
+    """What one update found in the measurements that arrived."""
+
+    fresh: set[tuple[int, str]]
+    """Stamp and observer of the sightings that arrived."""
+    nis: float = 0.0
+    n_sightings: int = 0
+    rejected: list[str] = field(default_factory=list)
+    contradictions: list[str] = field(default_factory=list)
 
 
 class TeamEstimator:
@@ -74,7 +89,9 @@ class TeamEstimator:
             name: [sensor.name for sensor in config.sensors_of(name) if sensor.name in used]
             for name in self._vehicles
         }
-        self._instants: list[_Instant] = []
+        self._health = TeamHealth(self._sensors, 0)
+        self._timeline: Timeline[_Known] | None = None
+        self._findings = _Findings(set())
         self._sightings: dict[tuple[int, int], RangeBearing] = {}
 
     def update(
@@ -82,25 +99,27 @@ class TeamEstimator:
     ) -> TeamEstimate | Waiting:
         """See ``Estimator.update``. The plan's prediction is not used: the filter has a model of its own."""
         now_ns = measurements.arrival_ns
-        if not self._instants:
-            waiting = self._start(measurements)
-            if waiting is not None:
-                return waiting
+        if self._timeline is None:
+            known = self._start(measurements)
+            if isinstance(known, Waiting):
+                return known
+            self._timeline = Timeline(now_ns, known, self._hover)
         for start_ns, thrusts in applied.items():
-            if start_ns >= self._instants[0].stamp_ns:
-                self._instant(start_ns).thrusts = thrusts
-        self._instant(now_ns)
+            self._timeline.command(start_ns, thrusts)
+        self._findings = _Findings(set())
         for name in self._vehicles:
             for sensor, arrived in measurements.by_vehicle[name].by_sensor.items():
                 for measurement in arrived:
-                    if measurement.stamp_ns >= self._instants[0].stamp_ns:
-                        self._instant(measurement.stamp_ns).measured[name, sensor] = measurement
-        belief = self._come_forward()
-        self._forget(now_ns)
-        return self._estimate(belief, self._instants[-1].measured)
+                    self._timeline.measure(measurement.stamp_ns, (name, sensor), measurement)
+                    if sensor == RANGE_BEARING.name:
+                        self._findings.fresh.add((measurement.stamp_ns, name))
+        known = self._timeline.come_forward(now_ns, self._correct, self._predict)
+        self._timeline.forget(now_ns - HISTORY_STEPS * self._period_ns)
+        self._health.note(measurements)
+        return self._estimate(now_ns, known.belief)
 
-    def _start(self, measurements: TeamMeasurements) -> Waiting | None:
-        """Place all vehicles; what is missing for it, or None."""
+    def _start(self, measurements: TeamMeasurements) -> _Known | Waiting:
+        """The first placement of all vehicles, or what is missing for it."""
         vehicles = [measurements.by_vehicle[name] for name in self._vehicles]
         for i, vehicle in enumerate(vehicles):
             if (seen := vehicle.newest(RANGE_BEARING)) is not None:
@@ -116,96 +135,103 @@ class TeamEstimator:
         if states is None:
             return Waiting(missing)
         belief = first_belief(states, team_noise.START)
-        no_drift = np.zeros((len(self._vehicles), 3))
-        self._instants = [_Instant(measurements.arrival_ns, (belief, no_drift), thrusts=self._hover)]
-        return None
+        return _Known(belief, Memory.empty(len(vehicles), len(self._pairs)), self._hover)
 
-    def _instant(self, stamp_ns: int) -> _Instant:
-        """The instant with this stamp, a new one if needed; the beliefs after it become void."""
-        index = bisect_left(self._instants, stamp_ns, key=lambda instant: instant.stamp_ns)
-        if index == len(self._instants) or self._instants[index].stamp_ns != stamp_ns:
-            self._instants.insert(index, _Instant(stamp_ns))
-        for later in self._instants[index + 1 :]:
-            later.prior = None
-        return self._instants[index]
+    def _predict(self, known: _Known, thrusts: Array | None, duration_ns: int) -> _Known:
+        """What is known after an interval without measurements."""
+        thrusts = known.thrusts if thrusts is None else thrusts
+        duration, period = (ns / NANOSECONDS_PER_SECOND for ns in (duration_ns, self._period_ns))
+        noise = self._noise.variances(thrusts, duration, period, self._body)
+        return _Known(self._filter.predict(known.belief, thrusts, duration, noise), known.memory, thrusts)
 
-    def _come_forward(self) -> Belief:
-        """The belief after all measurements, from the last instant at which nothing has changed."""
-        known = max(i for i, instant in enumerate(self._instants) if instant.prior is not None)
-        prior = self._instants[known].prior
-        assert prior is not None
-        thrusts = next(
-            (i.thrusts for i in reversed(self._instants[: known + 1]) if i.thrusts is not None), self._hover
-        )
-        before = next((i.thrusts for i in reversed(self._instants[:known]) if i.thrusts is not None), thrusts)
-        for instant, following in zip(
-            self._instants[known:], [*self._instants[known + 1 :], None], strict=True
-        ):
-            instant.prior = prior
-            if instant.thrusts is not None:
-                thrusts = instant.thrusts
-            belief, drift = self._correct(*prior, instant, before)
-            if following is None:
-                return belief
-            duration = (following.stamp_ns - instant.stamp_ns) / NANOSECONDS_PER_SECOND
-            noise = self._noise.variances(
-                thrusts, duration, self._period_ns / NANOSECONDS_PER_SECOND, self._body
-            )
-            prior = self._filter.predict(belief, thrusts, duration, noise), drift
-            before = thrusts
-        raise AssertionError("unreachable")
-
-    def _correct(
-        self, belief: Belief, drift: Array, instant: _Instant, thrusts: Array
-    ) -> tuple[Belief, Array]:
-        """Belief and average of accelerometer innovations after the measurements of an instant."""
-        observation = self._builder.build(instant.measured)
-        innovation = self._filter.innovation(belief, thrusts, observation)
-        changed, drift = team_monitor.force_changes(innovation, drift)
+    def _correct(self, known: _Known, stamp_ns: int, measured: Measured) -> _Known:
+        """What is known after the measurements of an instant."""
+        if not measured:
+            return known
+        observation = self._builder.build(measured)
+        belief, memory = known.belief, known.memory
+        innovation = self._filter.innovation(belief, known.thrusts, observation)
+        changed, drift = team_monitor.force_changes(innovation, memory.drift)
         if changed.any():
-            belief = belief.inflated(np.outer(changed, team_noise.FORCE_CHANGE**2))
-            innovation = self._filter.innovation(belief, thrusts, observation)
+            belief = belief.widened(np.diag(np.outer(changed, team_noise.FORCE_CHANGE).reshape(-1)))
+            innovation = self._filter.innovation(belief, known.thrusts, observation)
+        misfits = 0
+        if team_monitor.localization_misfits(innovation):
+            misfits = memory.misfits + 1
+            if misfits < team_monitor.RUN:
+                self._findings.contradictions.append(f"localization of {self._vehicles[0]} does not fit")
+                observation.own_weights[0, team_model.LOCALIZATION_ROWS] = 0.0
+            else:
+                misfits = 0
+                self._findings.contradictions.append(f"localization of {self._vehicles[0]} has jumped")
+                belief = team_restart.unanchored(belief)
+            innovation = self._filter.innovation(belief, known.thrusts, observation)
         seen = np.asarray(observation.sighting_weights.any(axis=(1, 2)))
-        rejected = team_monitor.outlying_sightings(innovation, seen, self._opposite)
-        return self._filter.correct(belief, _without(innovation, rejected)), drift
+        distances = squared_distances(innovation.sightings, innovation.sighting_rows)
+        rejected = team_monitor.outlying_sightings(innovation, distances, seen, self._opposite)
+        runs, contradictions = team_monitor.runs_of_rejections(innovation, rejected, seen, memory)
+        self._note_sightings(stamp_ns, seen, rejected, distances)
+        belief = self._filter.correct(belief, _without(innovation, rejected))
+        for vehicle in team_monitor.misplaced_vehicles(runs, seen, self._pairs):
+            belief = self._placed_again(belief, vehicle, measured)
+            runs = np.where([vehicle in pair for pair in self._pairs], 0, runs)
+        return _Known(belief, Memory(drift, runs, contradictions, misfits), known.thrusts)
 
-    def _forget(self, now_ns: int) -> None:
-        horizon_ns = now_ns - HISTORY_STEPS * self._period_ns
-        while len(self._instants) > 1 and self._instants[0].stamp_ns < horizon_ns:
-            first, second = self._instants[:2]
-            second.thrusts = first.thrusts if second.thrusts is None else second.thrusts
-            del self._instants[0]
+    def _placed_again(self, belief: Belief, vehicle: int, measured: Measured) -> Belief:
+        """The belief with a vehicle placed by mutual sightings with another, if there are such."""
+        name = self._vehicles[vehicle]
+        sightings = {
+            (observer, target): seen
+            for (observer, _), bearings in measured.items()
+            if isinstance(bearings, RangeBearings)
+            for target, seen in bearings.by_target.items()
+        }
+        for other, other_name in enumerate(self._vehicles):
+            by_other, by_it = sightings.get((other_name, name)), sightings.get((name, other_name))
+            if by_other is None or by_it is None:
+                continue
+            placed = team_restart.placed_again(belief, other, vehicle, by_other, by_it)
+            if placed is not None:
+                self._findings.contradictions.append(f"{name} was placed again by {other_name}'s sightings")
+                return placed
+        return belief
 
-    def _estimate(self, belief: Belief, measured: Mapping[tuple[str, str], object]) -> TeamEstimate:
-        """The belief in the {mi} frames of the vehicles, and what was measured at its instant."""
+    def _note_sightings(
+        self, stamp_ns: int, seen: team_monitor.Mask, rejected: team_monitor.Mask, distances: Array
+    ) -> None:
+        """Count what is new in this update: a late message repeats the corrections that follow it."""
+        for pair in np.flatnonzero(seen):
+            observer, target = (self._vehicles[vehicle] for vehicle in self._pairs[pair])
+            if (stamp_ns, observer) not in self._findings.fresh:
+                continue
+            if rejected[pair]:
+                self._findings.rejected.append(f"range and bearing from {observer} to {target}")
+            else:
+                self._findings.nis += float(distances[pair])
+                self._findings.n_sightings += 1
+
+    def _estimate(self, now_ns: int, belief: Belief) -> TeamEstimate:
+        """The belief in the {mi} frames of the vehicles, and what was found in this step."""
         states, geometry = team_geometry.states_and_geometry(belief)
         covariances = team_geometry.covariances(belief, geometry)
-        lost = [
-            f"{sensor} of {name}"
-            for name in self._vehicles
-            for sensor in self._sensors[name]
-            if (name, sensor) not in measured
-        ]
-        mode = EstimatorMode.PREDICTED if lost else EstimatorMode.MEASURED
+        found = self._findings
+        mode, reason = self._health.judge(now_ns, found.contradictions)
         return TeamEstimate(
             states,
             geometry,
             covariances.pairs[:, 3, 3],
-            self._held_yaws(measured),
-            EstimatorReport(mode, listed(lost)),
+            tuple(
+                not self._health.see_each_other(self._vehicles[i], self._vehicles[j]) for i, j in self._pairs
+            ),
+            EstimatorReport(
+                mode,
+                reason,
+                nis=found.nis if found.n_sightings else np.nan,
+                nis_dof=found.n_sightings * team_model.N_SIGHT_ROWS,
+                rejected=tuple(found.rejected),
+            ),
             covariances,
         )
-
-    def _held_yaws(self, measured: Mapping[tuple[str, str], object]) -> tuple[bool, ...]:
-        """By pair, whether the two did not see each other at this instant."""
-        seen = {
-            (observer, target)
-            for (observer, _), bearings in measured.items()
-            if isinstance(bearings, RangeBearings)
-            for target in bearings.by_target
-        }
-        names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._pairs]
-        return tuple(not {(one, other), (other, one)} <= seen for one, other in names)
 
 
 def _without(innovation: Innovation, rejected: team_monitor.Mask) -> Innovation:

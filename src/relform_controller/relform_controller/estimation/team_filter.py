@@ -39,9 +39,14 @@ class Belief:
         """P, shape (16 n, 16 n)."""
         return self.factor @ self.factor.T
 
-    def inflated(self, variances: Array) -> "Belief":
-        """The same mean with these variances added, shape (vehicle, 16)."""
-        return replace(self, factor=_cholesky(self.covariance + np.diag(variances.reshape(-1))))
+    def widened(self, deviations: Array) -> "Belief":
+        """The same mean, less certain.
+
+        Args:
+            deviations: independent random deviations of one standard deviation each, as columns; shape
+                (16 n, m).
+        """
+        return replace(self, factor=_cholesky(self.covariance + deviations @ deviations.T))
 
 
 @dataclass(frozen=True, eq=False)

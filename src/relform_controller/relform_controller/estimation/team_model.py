@@ -33,6 +33,8 @@ VELOCITY_ROWS = slice(15, 18)
 YAW_ROW = 18
 """Yaw in {n} [rad]."""
 N_OWN_ROWS = 19
+LOCALIZATION_ROWS = slice(12, 19)
+"""All that the localization measures."""
 N_SIGHT_ROWS = 3
 """Range [m], azimuth and elevation [rad] of one sighting (eqs. CameraRange1, 2)."""
 

@@ -77,3 +77,9 @@ START = per_state(
 """Of the first belief. The vehicles hover at the start, so their velocities are small."""
 FORCE_CHANGE = per_state(disturbance=0.5, thrust_scale=0.07)
 """Of a change of the forces on a vehicle, such as a gust or a failing rotor."""
+RESTART = per_state(position=0.2, velocity=0.3, yaw=0.2, disturbance=0.5)
+"""Of a vehicle that is placed again by one sighting each way."""
+UNANCHORED_POSITION = 1.0
+"""Of the whole team, when its localization has jumped [m]."""
+UNANCHORED_YAW = 0.3
+"""Likewise [rad]."""

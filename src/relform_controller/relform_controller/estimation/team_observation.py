@@ -17,6 +17,8 @@ from relform_core.sensors.sonar import Sonar
 
 VARIANCE_MIN = 1e-10
 """Sensors that claim to be perfect are given this variance, so that weights stay finite."""
+KNOWN_WEIGHTS_MAX = 100
+"""How many covariances are remembered with their weights."""
 
 
 class ObservationBuilder:
@@ -32,7 +34,8 @@ class ObservationBuilder:
         self._pairs = {
             (vehicles[i], vehicles[j]): pair for pair, (i, j) in enumerate(ordered_pairs(len(vehicles)))
         }
-        self._height_variance = height_std**2
+        self._height_weight = max(height_std**2, VARIANCE_MIN) ** -0.5
+        self._known_weights: dict[bytes, Array] = {}
 
     def build(self, measured: Mapping[tuple[str, str], object]) -> Observation:
         """The observation of an instant, from its measurements by (vehicle, sensor)."""
@@ -43,45 +46,57 @@ class ObservationBuilder:
             sightings=np.zeros((n_pairs, team_model.N_SIGHT_ROWS)),
             sighting_weights=np.zeros((n_pairs, team_model.N_SIGHT_ROWS, team_model.N_SIGHT_ROWS)),
         )
+        seen_pairs: list[int] = []
+        covariances: list[Array] = []
         for (name, _), measurement in measured.items():
-            own, weights = (
-                each[self._vehicles.index(name)] for each in (observation.own, observation.own_weights)
-            )
+            vehicle = self._vehicles.index(name)
+            own, weights = observation.own[vehicle], observation.own_weights[vehicle]
             match measurement:
                 case Imu():
                     own[team_model.TILT_ROWS] = rpy_from_quaternion(measurement.q_NB)[:2]
-                    weights[team_model.TILT_ROWS] = _weights(measurement.attitude_covariance)[:2]
+                    weights[team_model.TILT_ROWS] = self._weights(measurement.attitude_covariance)[:2]
                     own[team_model.RATE_ROWS] = measurement.w_NB_B
-                    weights[team_model.RATE_ROWS] = _weights(measurement.gyro_covariance)
+                    weights[team_model.RATE_ROWS] = self._weights(measurement.gyro_covariance)
                     own[team_model.SPECIFIC_FORCE_ROWS] = measurement.f_NB_B
-                    weights[team_model.SPECIFIC_FORCE_ROWS] = _weights(measurement.accelerometer_covariance)
+                    weights[team_model.SPECIFIC_FORCE_ROWS] = self._weights(
+                        measurement.accelerometer_covariance
+                    )
                 case OpticFlow():
                     own[team_model.FLOW_ROWS] = measurement.v_NB_B
-                    weights[team_model.FLOW_ROWS] = _weights(measurement.covariance)
+                    weights[team_model.FLOW_ROWS] = self._weights(measurement.covariance)
                 case Sonar() if np.isfinite(measurement.range):
                     own[team_model.HEIGHT_ROW] = measurement.range
-                    weights[team_model.HEIGHT_ROW] = max(self._height_variance, VARIANCE_MIN) ** -0.5
+                    weights[team_model.HEIGHT_ROW] = self._height_weight
                 case Odometry():
                     own[team_model.POSITION_ROWS] = measurement.p_NB_N
-                    weights[team_model.POSITION_ROWS] = _weights(measurement.pose_covariance)[:3]
+                    weights[team_model.POSITION_ROWS] = self._weights(measurement.pose_covariance)[:3]
                     own[team_model.VELOCITY_ROWS] = measurement.v_NB_B
-                    weights[team_model.VELOCITY_ROWS] = _weights(measurement.twist_covariance)[:3]
+                    weights[team_model.VELOCITY_ROWS] = self._weights(measurement.twist_covariance)[:3]
                     own[team_model.YAW_ROW] = rpy_from_quaternion(measurement.q_NB)[2]
-                    weights[team_model.YAW_ROW] = _weights(measurement.pose_covariance)[5]
+                    weights[team_model.YAW_ROW] = self._weights(measurement.pose_covariance)[5]
                 case RangeBearings():
                     for target, seen in measurement.by_target.items():
                         pair = self._pairs[name, target]
                         observation.sightings[pair] = seen.range, seen.azimuth, seen.elevation
-                        observation.sighting_weights[pair] = _root_of_inverse(seen.covariance)
+                        seen_pairs.append(pair)
+                        covariances.append(seen.covariance)
+        if seen_pairs:
+            observation.sighting_weights[seen_pairs] = _roots_of_inverses(np.array(covariances))
         return observation
 
+    def _weights(self, covariance: Array) -> Array:
+        """Reciprocal standard deviations; correlations are ignored, unmeasured components get none."""
+        key = covariance.tobytes()  # most sensors send the same covariance all the time
+        if (weights := self._known_weights.get(key)) is None:
+            variances = np.diagonal(covariance)
+            weights = np.where(
+                variances < UNMEASURED_VARIANCE, np.maximum(variances, VARIANCE_MIN) ** -0.5, 0.0
+            )
+            if len(self._known_weights) < KNOWN_WEIGHTS_MAX:
+                self._known_weights[key] = weights
+        return weights
 
-def _weights(covariance: Array) -> Array:
-    """Reciprocal standard deviations; correlations are ignored, unmeasured components get none."""
-    variances = np.diagonal(covariance)
-    return np.where(variances < UNMEASURED_VARIANCE, np.maximum(variances, VARIANCE_MIN) ** -0.5, 0.0)
 
-
-def _root_of_inverse(covariance: Array) -> Array:
-    """R^(-1/2), such that its transpose times itself is the inverse, shape (3, 3)."""
-    return np.linalg.inv(np.linalg.cholesky(covariance + VARIANCE_MIN * np.eye(len(covariance))))
+def _roots_of_inverses(covariances: Array) -> Array:
+    """R^(-1/2) of each, such that its transpose times itself is the inverse; shape (n, 3, 3)."""
+    return np.linalg.inv(np.linalg.cholesky(covariances + VARIANCE_MIN * np.eye(3)))
