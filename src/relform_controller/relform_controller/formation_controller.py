@@ -13,6 +13,7 @@ from relform_controller.input_log import InputLog
 from relform_controller.ocp.frames import wrap_angle
 from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, Prediction
 from relform_controller.ocp.terms.registry import make_terms
+from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
 from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.dense.rti import RealTimeIteration
@@ -43,8 +44,9 @@ class FormationController:
     the team over that time, whole control periods, with the commands that are under way; it plans from there
     on, and its commands are for the interval that begins then.
 
-    The mission starts with the first decision. While the estimator waits for its first measurements, there
-    are no commands and the vehicles hover.
+    While the estimator waits for its first measurements, there are no commands and the vehicles hover. While
+    its first estimates are not accurate enough yet, the controller holds the team where it is. Then the
+    mission starts: the team forms up from there, and the leader flies its path.
 
     Args:
         config: the scenario; of what it says about the vehicles the controller knows the nominal values only.
@@ -132,21 +134,18 @@ class FormationController:
             measurements: of all vehicles at one instant.
             sqp_steps: number of SQP steps to take, as a recorded flight did; None: as the limits allow.
         Returns:
-            The decision; at the start of a flight what the controller waits for, if measurements are missing.
+            The decision; at the start of a flight what the controller waits for, if there is no estimate yet.
         Raises:
-            FlightError: they are still missing after ``controller.start_wait_max_s``.
+            FlightError: the start still waits after ``controller.start_wait_max_s``, or the team cannot form
+                up from where it is.
         """
         now_ns = measurements.arrival_ns
         self._inputs.acknowledge(measurements)
         estimate = self._estimator.update(measurements, self._inputs.take_changes(now_ns), self._prediction)
         if isinstance(estimate, Waiting):
-            self._check_wait(now_ns, estimate)
+            self._check_wait(now_ns, estimate.reason)
             return estimate
-        if self._mission_start_ns is None:
-            self._mission_start_ns = now_ns
-        mission_ns = now_ns - self._mission_start_ns
-        self._mission.advance(mission_ns)
-        asked = self._mission.reference(mission_ns + self._asked_ns)
+        asked = self._asked(now_ns, estimate)
         reference = HorizonReference(asked.p_B1B2_C1[:, 1:], asked.leader.p_NB_N[1:], asked.leader.yaw_NB[1:])
         estimate = _unwrapped(estimate, float(asked.leader.yaw_NB[0]))
         self._estimated = now_ns, estimate
@@ -176,7 +175,19 @@ class FormationController:
         thrusts = map(self._inputs.thrusts, range(now_ns, start_ns, self._period_ns))
         return predict_ahead(estimate.states, estimate.geometry, thrusts, self._predict, self._ocp.pairs)
 
-    def _check_wait(self, now_ns: int, waiting: Waiting) -> None:
+    def _asked(self, now_ns: int, estimate: TeamEstimate) -> MissionReference:
+        """What to track over the horizon; before the mission starts, the team stays where it is."""
+        if self._mission_start_ns is None and estimate.unsettled:
+            self._check_wait(now_ns, estimate.unsettled)
+            self._mission.hold(StartPoses.seen_by_leader(estimate.geometry))
+            return self._mission.reference(np.zeros_like(self._asked_ns))
+        if self._mission_start_ns is None:
+            self._mission_start_ns = now_ns
+        mission_ns = now_ns - self._mission_start_ns
+        self._mission.advance(mission_ns)
+        return self._mission.reference(mission_ns + self._asked_ns)
+
+    def _check_wait(self, now_ns: int, missing: str) -> None:
         """Raise FlightError if the flight has waited too long for its start."""
         if self._waiting_since_ns is None:
             self._waiting_since_ns = now_ns
@@ -184,7 +195,7 @@ class FormationController:
         if waited_ns >= seconds_to_ns(bound):
             raise FlightError(
                 f"the flight cannot start: after {bound:g} s (controller.start_wait_max_s) there is still no "
-                f"{waiting.reason}"
+                f"{missing}"
             )
 
     def _decision(
@@ -240,6 +251,7 @@ class FormationController:
                 yaw_NB=float(leader.yaw_NB[0]),
                 formation=dict(zip(names, formation, strict=True)),
             ),
+            holds_for=estimate.unsettled if self._mission_start_ns is None else "",
         )
 
 

@@ -38,6 +38,11 @@ class Blend:
     """[s]; 0: a step."""
 
     @classmethod
+    def at_rest(cls, points: Array) -> "Blend":
+        """No motion: points that stay where they are, shape (point, 3)."""
+        return cls(points, np.zeros_like(points), points, 0.0)
+
+    @classmethod
     def within(
         cls, start: Array, velocity: Array, target: Array, speed_max: float, acceleration_max: float
     ) -> "Blend":

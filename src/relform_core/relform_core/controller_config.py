@@ -104,8 +104,8 @@ class ControllerConfig(Schema):
     this time [s], 0 is a step, and no change is refused for its path."""
     estimator: EstimatorConfig = RawEstimatorConfig(kind="raw")
     start_wait_max: Annotated[NonNegative, Field(alias="start_wait_max_s")] = 5.0
-    """How long the vehicles hover at the start of a flight while the controller waits for the measurements of
-    its first estimate [s]; then the flight ends."""
+    """How long the team stays where it is at the start of a flight while the controller waits for a first
+    estimate that is accurate enough [s]; then the flight ends."""
 
     stage: Annotated[float | None, Field(alias="stage_s", gt=0.0, le=1.0)] = None
     """Length of one stage of the horizon [s], at least the control period; null: the control period. The cost

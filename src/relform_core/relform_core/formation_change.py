@@ -61,8 +61,7 @@ class FormationChanges:
 
     def at_rest(self, formation: Mapping[str, Vector3]) -> Blend:
         """No change: the team stays in this formation."""
-        places = self.places(formation)
-        return Blend(places, np.zeros_like(places), places, 0.0)
+        return Blend.at_rest(self.places(formation))
 
     def begin(
         self,

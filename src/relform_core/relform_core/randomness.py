@@ -17,6 +17,7 @@ class Stream(IntEnum):
     LINK_UP = 8
     """Packets to the controller; the barometer has 7."""
     LINK_DOWN = 9
+    START = 10
 
 
 class Streams:

@@ -52,6 +52,11 @@ class StartConfig(Schema):
 
     position: Annotated[Vector3, Field(alias="position_m")]
     yaw: Annotated[float, Field(alias="yaw_deg", ge=-180.0, le=180.0), DEGREES]
+    follower_yaw_max: Annotated[float, Field(alias="follower_yaw_max_deg", ge=0.0, le=180.0), DEGREES] = 0.0
+    """Each follower starts with a yaw relative to the leader's that is drawn between plus and minus this."""
+    follower_offset_max: Annotated[float, Field(alias="follower_offset_max_m", ge=0.0, le=PLACE_MAX)] = 0.0
+    """Each follower starts at a point that is drawn from the ball of this radius around its place; points too
+    close to other vehicles are drawn again."""
 
 
 class PlantConfig(Schema):
@@ -194,7 +199,8 @@ class ScenarioConfig(Schema):
     @model_validator(mode="after")
     def _starts_airborne(self) -> Self:
         first = self.formations.get(self.phases[0].formation, {})
-        lowest = self.start.position[2] + min([0.0, *(position[2] for position in first.values())])
+        offset = self.start.follower_offset_max
+        lowest = self.start.position[2] + min([0.0, *(place[2] - offset for place in first.values())])
         if lowest <= 0.0:
             raise ValueError(
                 f"start.position_m puts a vehicle at {lowest:.3f} m above ground; flights start airborne"

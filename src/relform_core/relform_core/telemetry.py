@@ -146,6 +146,8 @@ class Decision:
     solver: SolverReport
     state: TeamState
     reference: TeamReference
+    holds_for: str = ""
+    """What the start of the mission still waits for while the team holds its place; empty: it has started."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from relform_core.events_config import ThrustScale, Wind
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.randomness import Stream, Streams
 from relform_core.scenario_config import ScenarioConfig
-from relform_core.schema import Vector3
 from relform_core.sensors.applied_rotor_speeds import (
     ACKNOWLEDGED_INTERVALS,
     APPLIED_ROTOR_SPEEDS,
@@ -34,19 +33,20 @@ from relform_sim.link import LinkFactory, radio_link
 from relform_sim.onboard import Onboard, OnboardCounts
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import draw_body
+from relform_sim.start import start_poses
 
 
 class Vehicle:
     """The quadrotor ``name`` of a scenario.
 
-    It starts at rest at its place in the first formation, with the leader's yaw, and with the rotors at the
-    hover speed of the nominal vehicle.
+    It starts at rest, at its place of the first formation and with the leader's yaw if ``start`` draws
+    nothing else, and with the rotors at the hover speed of the nominal vehicle.
     """
 
     def __init__(
         self, config: ScenarioConfig, seed: int, name: str, make_link: LinkFactory = radio_link
     ) -> None:
-        """Raises FlightError if the team has no such vehicle."""
+        """Raises FlightError if the team has no such vehicle, or no start is found, see ``start_poses``."""
         if name not in config.team.vehicles:
             raise FlightError(f"'{name}' is not in the team, known are {', '.join(config.team.vehicles)}")
         index = config.team.vehicles.index(name)
@@ -58,14 +58,14 @@ class Vehicle:
         self._readings = VehicleMeasurements({})
         """Of the last step measured, on board."""
         streams = Streams(seed, index)
-        p_NB_N, yaw = _initial_pose(config, name)
+        start = start_poses(config, seed)[name]
         self._plant = Plant(
             draw_body(config.vehicle, streams[Stream.PLANT]),
             step=config.plant.step,
             rotor_time_constant=config.vehicle.rotor_time_constant,
             rotor_speed=config.vehicle.hover_speed,
-            p_NB_N=p_NB_N,
-            q_NB=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
+            p_NB_N=start.p_NB_N,
+            q_NB=(0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw)),
         )
         self._onboard = Onboard(config.vehicle, config.controller.period)
         self._applied: deque[Array] = deque(maxlen=ACKNOWLEDGED_INTERVALS)
@@ -162,14 +162,3 @@ class Vehicle:
 
     def _stamp_ns(self, step: int) -> int:
         return step * self._config.period_ns
-
-
-def _initial_pose(config: ScenarioConfig, name: str) -> tuple[Vector3, float]:
-    """p_NB_N [m] and yaw [rad]: the leader at the start, a follower at its place in the first formation."""
-    x, y, z = config.start.position
-    yaw = config.start.yaw
-    if name == config.team.leader:
-        return (x, y, z), yaw
-    forward, left, up = config.formations[config.phases[0].formation][name]
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    return (x + cosine * forward - sine * left, y + sine * forward + cosine * left, z + up), yaw

@@ -35,7 +35,8 @@ def test_streams_are_not_correlated() -> None:
 
 def test_the_numbers_of_streams_are_kept() -> None:
     """Recorded results depend on them."""
-    assert (Stream.PLANT, Stream.LINK, Stream.LINK_UP, Stream.LINK_DOWN) == (0, 6, 8, 9)
+    numbers = (Stream.PLANT, Stream.LINK, Stream.LINK_UP, Stream.LINK_DOWN, Stream.START)
+    assert numbers == (0, 6, 8, 9, 10)
     assert {sensor.name: sensor.stream for sensor in SENSORS[:5]} == {
         "imu": 1,
         "optic_flow": 2,

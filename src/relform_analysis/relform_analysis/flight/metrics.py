@@ -185,7 +185,10 @@ def tilts(q_NB: Array) -> Array:
 
 
 def steady_steps(log: FlightLog) -> Mask:
-    """Whether a control step is in its phase's steady window, ``steady_from`` after its begin; shape (K,)."""
+    """Whether a control step is in its phase's steady window, ``steady_from`` after its begin; shape (K,).
+
+    Steps before the mission starts are in none.
+    """
     config = log.scenario.config
     margin_ns = config.period_ns // 2  # a window may begin on an instant, which is rounded
     begin_ns = [
@@ -193,14 +196,14 @@ def steady_steps(log: FlightLog) -> Mask:
         for start, phase in zip(config.phase_starts, config.phases, strict=True)
     ]
     mission_ns = log.step_ns - mission_start_ns(log)
-    index = [config.phase_index(step) for step in (mission_ns // config.period_ns).tolist()]
+    index = [config.phase_index(max(step, 0)) for step in (mission_ns // config.period_ns).tolist()]
     return np.asarray(mission_ns >= np.array(begin_ns, dtype=np.int64)[index])
 
 
 def mission_start_ns(log: FlightLog) -> int:
-    """Instant of the first decision, from the first change of phase between consecutive steps [ns].
+    """Instant at which the mission starts, from the first change of phase between consecutive steps [ns].
 
-    It is 0 unless the controller had to wait for its first measurements.
+    It is 0 unless the controller had to wait, or held the team where it was.
     """
     config = log.scenario.config
     for index in range(1, len(log.phase)):

@@ -36,6 +36,9 @@ class TeamEstimate:
     yaw_held: tuple[bool, ...]
     """By pair: not measured in this step, propagated from the step before."""
     report: EstimatorReport
+    unsettled: str = ""
+    """At the start of a flight what is not accurate enough yet, for people: until then the team should stay
+    where it is. Empty: it can fly."""
     covariances: TeamCovariances | None = None
     """None: the estimator does not know them."""
 

@@ -17,7 +17,7 @@ from relform_controller.estimation.team_filter import Belief, Innovation, TeamFi
 from relform_controller.estimation.team_health import TeamHealth
 from relform_controller.estimation.team_monitor import Memory
 from relform_controller.estimation.team_observation import ObservationBuilder
-from relform_controller.estimation.team_start import first_belief, first_states
+from relform_controller.estimation.team_start import FirstBelief, TeamStart
 from relform_controller.estimation.timeline import Measured, Timeline
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody
@@ -28,7 +28,7 @@ from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
-from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing, RangeBearings
+from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearings
 from relform_core.sensors.sonar import SONAR
 from relform_core.telemetry import EstimatorReport
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -83,7 +83,8 @@ class TeamEstimator:
         self._filter = TeamFilter(self._body, n)
         self._noise = team_noise.ProcessNoise()
         self._builder = ObservationBuilder(self._vehicles, config.sensors.of(SONAR).range_std)
-        self._yaw_variance_max = config.controller.relative_yaw_std_max**2
+        yaw_std_max = config.controller.relative_yaw_std_max
+        self._start = TeamStart(self._vehicles, self._filter, self._builder, self._hover, yaw_std_max)
         used = {sensor.name for sensor in (IMU, OPTIC_FLOW, SONAR, RANGE_BEARING, LOCALIZATION)}
         self._sensors = {
             name: [sensor.name for sensor in config.sensors_of(name) if sensor.name in used]
@@ -92,7 +93,6 @@ class TeamEstimator:
         self._health = TeamHealth(self._sensors, 0)
         self._timeline: Timeline[_Known] | None = None
         self._findings = _Findings(set())
-        self._sightings: dict[tuple[int, int], RangeBearing] = {}
 
     def update(
         self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
@@ -100,10 +100,10 @@ class TeamEstimator:
         """See ``Estimator.update``. The plan's prediction is not used: the filter has a model of its own."""
         now_ns = measurements.arrival_ns
         if self._timeline is None:
-            known = self._start(measurements)
-            if isinstance(known, Waiting):
-                return known
-            self._timeline = Timeline(now_ns, known, self._hover)
+            first = self._start.update(measurements)
+            if isinstance(first, Waiting):
+                return first
+            self._timeline = self._timeline_from(first)
         for start_ns, thrusts in applied.items():
             self._timeline.command(start_ns, thrusts)
         self._findings = _Findings(set())
@@ -118,24 +118,12 @@ class TeamEstimator:
         self._health.note(measurements)
         return self._estimate(now_ns, known.belief)
 
-    def _start(self, measurements: TeamMeasurements) -> _Known | Waiting:
-        """The first placement of all vehicles, or what is missing for it."""
-        vehicles = [measurements.by_vehicle[name] for name in self._vehicles]
-        for i, vehicle in enumerate(vehicles):
-            if (seen := vehicle.newest(RANGE_BEARING)) is not None:
-                for target, sighting in seen.by_target.items():
-                    self._sightings[i, self._vehicles.index(target)] = sighting
-        states, missing = first_states(
-            self._vehicles,
-            [vehicle.newest(IMU) for vehicle in vehicles],
-            vehicles[0].newest(LOCALIZATION),
-            self._sightings,
-            self._yaw_variance_max,
-        )
-        if states is None:
-            return Waiting(missing)
-        belief = first_belief(states, team_noise.START)
-        return _Known(belief, Memory.empty(len(vehicles), len(self._pairs)), self._hover)
+    def _timeline_from(self, first: FirstBelief) -> Timeline[_Known]:
+        memory = Memory.empty(len(self._vehicles), len(self._pairs))
+        timeline = Timeline(first.stamp_ns, _Known(first.belief, memory, self._hover), self._hover)
+        for key, measurement in first.measured.items():
+            timeline.measure(first.stamp_ns, key, measurement)
+        return timeline
 
     def _predict(self, known: _Known, thrusts: Array | None, duration_ns: int) -> _Known:
         """What is known after an interval without measurements."""
@@ -230,6 +218,7 @@ class TeamEstimator:
                 nis_dof=found.n_sightings * team_model.N_SIGHT_ROWS,
                 rejected=tuple(found.rejected),
             ),
+            self._start.unsettled(now_ns, covariances),
             covariances,
         )
 

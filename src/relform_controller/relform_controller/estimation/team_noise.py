@@ -72,9 +72,12 @@ def per_state(
 
 
 START = per_state(
-    position=0.1, velocity=0.01, tilt=1e-3, yaw=0.1, rate=0.02, disturbance=1e-3, thrust_scale=0.012
+    position=1.0, velocity=0.01, tilt=0.1, yaw=1.0, rate=0.02, disturbance=1e-3, thrust_scale=0.012
 )
-"""Of the first belief. The vehicles hover at the start, so their velocities are small."""
+"""Of the first belief, before any measurement; the vehicles are level and at rest. Poses are known by
+measurements alone: these are large beside their errors."""
+HOVERED = per_state(position=0.05, velocity=0.1, tilt=0.05, yaw=0.05, rate=0.1)
+"""Of what vehicles that hover on their own sensors do, meanwhile."""
 FORCE_CHANGE = per_state(disturbance=0.5, thrust_scale=0.07)
 """Of a change of the forces on a vehicle, such as a gust or a failing rotor."""
 RESTART = per_state(position=0.2, velocity=0.3, yaw=0.2, disturbance=0.5)

@@ -73,7 +73,7 @@ class ControllerNode:
         self._rejected = 0
         """Measurements that the estimator has rejected in the flight."""
         self._waiting_for = ""
-        """What the controller waits for at the start of the flight; empty: it does not wait."""
+        """What the start of the mission waits for; empty: it has started."""
         self._pacing = pacing
         self._topics = {
             vehicle: [(source, vehicle_topic(vehicle, source.name)) for source in config.sources_of(vehicle)]
@@ -89,8 +89,8 @@ class ControllerNode:
         """Control the flight.
 
         Raises:
-            FlightError: measurements that the start needs are missing for too long, or the flight is over too
-                early.
+            FlightError: what the start needs is missing for too long, the team cannot form up, or the flight
+                is over too early.
             StopRequestedError: by a signal.
         """
         for step in self._pacing.steps():
@@ -144,7 +144,7 @@ class ControllerNode:
         self._pacing.publish(self._me.events, self._event(step, content))
 
     def _publish_commands(self, decision: Decision) -> None:
-        self._waiting_for = ""
+        self._waiting_for = decision.holds_for
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
         if decision.state.estimator is not None:

@@ -1,4 +1,7 @@
-"""The formation reference: the present formation, with a new one blended in."""
+"""The formation reference: the present formation, with a new one blended in.
+
+A team that starts elsewhere first holds its place; then it forms up, which is a change of formation, too.
+"""
 
 from collections.abc import Mapping
 from typing import overload
@@ -6,9 +9,10 @@ from typing import overload
 import numpy as np
 
 from relform_controller.ocp.layout import ordered_pairs
+from relform_controller.reference.form_up import StartPoses, YawRamp, seen_by_turned
 from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
-from relform_core.errors import ConfigError
+from relform_core.errors import ConfigError, FlightError
 from relform_core.formation_change import FormationChanges
 from relform_core.phases_config import PhaseConfig
 from relform_core.scenario_config import ScenarioConfig
@@ -24,17 +28,28 @@ class FormationSchedule:
     def __init__(self, config: ScenarioConfig) -> None:
         self._config = config
         self._pairs = ordered_pairs(len(config.team.vehicles))
+        self._observers = np.array([i for i, _ in self._pairs], dtype=np.intp)
         self._changes = FormationChanges(config)
         self.by_follower: Mapping[str, Vector3] = config.formations[config.phases[0].formation]
         """The present formation: position of each follower relative to the leader [m]."""
         self._places = self._changes.at_rest(self.by_follower)
         """Of all vehicles, in {mc} of the leader."""
-        target = self._of_pairs(self._places.target)
-        self._reference = Blend(target, np.zeros_like(target), target, 0.0)
+        self._reference = Blend.at_rest(self._of_pairs(self._places.target))
         self._changed_ns = 0
         self.next_ns = 0
         """Instant of the next control step, from which a request holds."""
         self._requested: Mapping[str, Vector3] | None = None
+        self._held: StartPoses | None = None
+        """Where the team stays; None: it has started."""
+        self._yaws: YawRamp | None = None
+        """Of all vehicles relative to the leader; None: the team started with equal yaws."""
+
+    def hold(self, poses: StartPoses) -> None:
+        """Stay at these poses until the first control step, from which the team forms up."""
+        self._held = poses
+        self._places = Blend.at_rest(poses.places)
+        self._reference = Blend.at_rest(self._of_pairs(poses.places))
+        self._yaws = YawRamp.at_rest(poses.yaws)
 
     def request(self, formation: Mapping[str, Vector3]) -> None:
         """Fly another formation from the next step on, until the scenario changes it.
@@ -65,13 +80,19 @@ class FormationSchedule:
             )
 
     def advance(self, stamp_ns: int) -> None:
-        """Apply what the scenario or a request changes at the control step of this instant [ns]."""
+        """Apply what the scenario or a request changes at the control step of this instant [ns].
+
+        Raises:
+            FlightError: the team held its place, and cannot get from there into formation.
+        """
         phase = self._changes.by_step.get(stamp_ns // self._config.period_ns)
-        if self._requested is not None:
+        if self._held is not None:
+            self._form_up(stamp_ns, self._held, self._requested or self.by_follower)
+        elif self._requested is not None:
             self._begin(stamp_ns, self._requested, None)
         elif phase is not None:
             self._begin(stamp_ns, self._config.formations[phase.formation], phase)
-        self._requested = None
+        self._held = self._requested = None
         self.next_ns = stamp_ns + self._config.period_ns
 
     @property
@@ -84,14 +105,24 @@ class FormationSchedule:
     @property
     def target(self) -> Array:
         """The present formation without its ramp, shape (pair, 3)."""
-        return self._reference.target
+        return self._of_pairs(self._changes.places(self.by_follower))
 
     def reference(self, stamps_ns: Integers) -> Array:
         """What to track at these instants [ns], a new formation blended in; shape (pair, instant, 3)."""
-        return self._reference.at(self._since_change(stamps_ns))
+        p_B1B2_C0 = self._reference.at(self._since_change(stamps_ns))
+        if self._yaws is None:
+            return p_B1B2_C0
+        since_start = stamps_ns / self._config.period_ns * self._config.controller.period
+        return seen_by_turned(p_B1B2_C0, self._yaws.at(since_start)[self._observers])
+
+    def _form_up(self, stamp_ns: int, poses: StartPoses, formation: Mapping[str, Vector3]) -> None:
+        self._begin(stamp_ns, formation, None)
+        self._yaws = YawRamp.to_zero(poses.yaws)
+        if problem := self._changes.problem(self._places, stamp_ns // self._config.period_ns):
+            raise FlightError(f"the team cannot form up from where it is: {problem}")
 
     def _begin(self, stamp_ns: int, formation: Mapping[str, Vector3], phase: PhaseConfig | None) -> None:
-        start = self.reference(np.array([stamp_ns]))[:, 0]
+        start = self._reference.at(self._since_change(np.array([stamp_ns])))[:, 0]
         self._places = self._changes.begin(self._places, self._since_change(stamp_ns), formation, phase)
         self._reference = Blend(
             start,

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.formation import FormationSchedule
 from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
 from relform_core.arrays import Array, Integers
@@ -28,7 +29,7 @@ class MissionReference:
 
 
 class Mission(Protocol):
-    """The task of one flight. Instants count from the first decision of the controller [ns]."""
+    """The task of one flight. Instants count from its start [ns], which the controller decides."""
 
     @property
     def formation(self) -> Mapping[str, Vector3]:
@@ -46,8 +47,15 @@ class Mission(Protocol):
             ConfigError: the team cannot fly it; the message gives the reason.
         """
 
+    def hold(self, poses: StartPoses) -> None:
+        """Until the mission starts, the team should stay at these poses; it forms up from the last ones."""
+
     def advance(self, stamp_ns: int) -> None:
-        """Start the control step at this instant: apply what the mission or a request changes there."""
+        """Start the control step at this instant: apply what the mission or a request changes there.
+
+        Raises:
+            FlightError: the team cannot form up from the poses that it held.
+        """
 
     def reference(self, stamps_ns: Integers) -> MissionReference:
         """What to track at instants from the present control step on, shape (instant,).
@@ -92,6 +100,10 @@ class ScenarioMission:
                     f"formation puts '{follower}' at {lowest + up:.3f} m above ground, more than 0 m are "
                     f"needed: the leader flies as low as {lowest:.3f} m"
                 )
+
+    def hold(self, poses: StartPoses) -> None:
+        """See ``Mission``."""
+        self._schedule.hold(poses)
 
     def advance(self, stamp_ns: int) -> None:
         """See ``Mission``."""
