@@ -5,11 +5,12 @@ from functools import cache
 
 import casadi as ca
 import numpy as np
+from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody, rk4_step
-from relform_controller.ocp.problem import HorizonReference, Ocp, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, TeamGeometry
 from relform_controller.ocp.terms.registry import make_terms
 from relform_controller.solver.dense.rti import RealTimeIteration
 from relform_controller.solver.kernels import Kernels
@@ -52,6 +53,11 @@ class Problem:
     initial_states: Array
     reference: HorizonReference
     applied_thrusts: Array
+    rotor_thrusts: Array
+
+    @property
+    def start(self) -> HorizonStart:
+        return HorizonStart(self.initial_states, self.rotor_thrusts, self.applied_thrusts)
 
     @property
     def ocp(self) -> Ocp:
@@ -73,8 +79,12 @@ def random_problem(seed: int, n_vehicles: int, *overrides: str, disturbance: flo
         p_NB_N=team[0].p_NB_N + disturbance + time * (team[0].v_NB_N + drift),
         yaw_NB=team[0].yaw + disturbance + 0.8 * time[:, 0] ** 2,
     )
-    applied = config.vehicle.hover_thrust + generator.uniform(-0.3, 0.3, (n_vehicles, layout.N_INPUT))
-    return Problem(config, poses, np.array([vehicle.state_I() for vehicle in team]), reference, applied)
+    applied, rotors = config.vehicle.hover_thrust + generator.uniform(
+        -0.3, 0.3, (2, n_vehicles, layout.N_INPUT)
+    )
+    return Problem(
+        config, poses, np.array([vehicle.state_I() for vehicle in team]), reference, applied, rotors
+    )
 
 
 def kernels_of(ocp: Ocp) -> Kernels:
@@ -105,8 +115,29 @@ def _step(body: RigidBody, period: float, n_vehicles: int) -> ca.Function:
     return ca.Function("step", [x, u], [rk4_step(x, u, body, period)]).map(n_vehicles)
 
 
+def mean_thrusts(ocp: Ocp, commands: Array, rotor_thrusts: Array) -> Array:
+    """Of every stage, from the matrix exponential of the lag; shape (vehicle, stage, N_INPUT)."""
+    time_constant = ocp.rotor_lag.time_constant
+    if time_constant == 0.0:
+        return commands
+    # Thrust, its integral, and the command, over one stage.
+    rates = np.array([[-1.0, 0.0, 1.0], [time_constant, 0.0, 0.0], [0.0, 0.0, 0.0]]) / time_constant
+    (after, integral, _), thrusts, found = expm(rates * ocp.stage), rotor_thrusts, []
+    for command in np.moveaxis(commands, 1, 0):
+        found.append((integral[0] * thrusts + integral[2] * command) / ocp.stage)
+        thrusts = after[0] * thrusts + after[2] * command
+    return np.stack(found, axis=1)
+
+
+def simulated_plan(problem: Problem, commands: Array, initial_states: Array | None = None) -> Plan:
+    """A plan that obeys the dynamics, from the start of a problem or from other states."""
+    states = problem.initial_states if initial_states is None else initial_states
+    means = mean_thrusts(problem.ocp, commands, problem.rotor_thrusts)
+    return Plan(simulate(problem.ocp, states, means), commands, problem.rotor_thrusts)
+
+
 def simulate(ocp: Ocp, initial_states: Array, thrusts: Array) -> Array:
-    """The states that follow, shape (vehicle, stage 0..N, N_STATE)."""
+    """The states that follow from the mean thrusts, shape (vehicle, stage 0..N, N_STATE)."""
     step = _step(ocp.body, ocp.stage, ocp.n_vehicles)
     states = [initial_states]
     for stage in range(thrusts.shape[1]):
@@ -121,7 +152,9 @@ def effects(body: RigidBody) -> Array:
     return np.concatenate([np.full((1, 4), 1.0 / body.mass), torques / np.array(body.inertia)[:, None]])
 
 
-def residual(problem: Problem, initial_states: Array, thrusts: Array) -> Array:
+def residual(
+    problem: Problem, initial_states: Array, thrusts: Array, rotor_thrusts: Array | None = None
+) -> Array:
     """All residuals of eqs. CostFunc1 and CostFunc2 after a simulation, unweighted, shape (row,).
 
     Row by row: formation by pair and stage 1..N, position and yaw of the leader by stage 1..N; acceleration,
@@ -129,7 +162,8 @@ def residual(problem: Problem, initial_states: Array, thrusts: Array) -> Array:
     alike has them.
     """
     ocp, poses = problem.ocp, problem.poses
-    states = simulate(ocp, initial_states, thrusts)
+    means = mean_thrusts(ocp, thrusts, problem.rotor_thrusts if rotor_thrusts is None else rotor_thrusts)
+    states = simulate(ocp, initial_states, means)
     p_NB_N = np.array(
         [
             poses.levelled(vehicle).apply(own[:, layout.POSITION]) + poses.p_NI_N[vehicle]
@@ -143,7 +177,7 @@ def residual(problem: Problem, initial_states: Array, thrusts: Array) -> Array:
         for pair, (i, j) in enumerate(ocp.pairs)
     ]
     G, G0 = (effects(body) for body in (ocp.body, HUMMINGBIRD))
-    total = thrusts.sum(axis=2)
+    total = means.sum(axis=2)
     R_IB = Rotation.from_euler("ZYX", states[:, :-1, layout.RPY].reshape(-1, 3)[:, ::-1])
     thrust_I = R_IB.apply(np.outer(total.reshape(-1), [0.0, 0.0, 1.0])) / ocp.body.mass
     torque = thrusts @ G[1:].T * HUMMINGBIRD.inertia

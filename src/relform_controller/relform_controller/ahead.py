@@ -13,22 +13,23 @@ from relform_core.arrays import Array
 def predict_ahead(
     states: Array,
     geometry: TeamGeometry,
-    thrusts: Iterable[Array],
+    mean_thrusts: Iterable[Array],
     predict: CompiledFunction,
     pairs: tuple[tuple[int, int], ...],
 ) -> Prediction:
-    """States and {mi} frames of the team after intervals with known thrusts.
+    """States and {mi} frames of the team after intervals with known mean thrusts.
 
     Args:
         states: in the {mi} of each vehicle at the start, shape (vehicle, N_STATE).
         geometry: where these frames lie, and what disturbs the vehicles.
-        thrusts: of each interval [N], shape (vehicle, N_INPUT).
-        predict: (state, thrusts, disturbance if there is one) -> (state one control period later,), of all
-            vehicles.
+        mean_thrusts: of each interval [N], shape (vehicle, N_INPUT).
+        predict: (state, mean thrusts, disturbance if there is one) -> (state one control period later,), of
+            all vehicles.
         pairs: (observer, target) of the geometry.
     """
     disturbances = () if geometry.disturbances is None else (geometry.disturbances.inputs,)
-    for each in thrusts:
+    for each in mean_thrusts:
         (states,) = predict(states, each, *disturbances)
-    moved, geometry_ahead = transform(Plan(states[:, None], np.empty((len(states), 0))), geometry, pairs)
+    none = np.empty((len(states), 0))
+    moved, geometry_ahead = transform(Plan(states[:, None], none, none), geometry, pairs)
     return Prediction(moved.states[:, 0], geometry_ahead)

@@ -11,7 +11,7 @@ from relform_controller.estimation.estimator import Estimator, TeamEstimate, Wai
 from relform_controller.estimation.registry import make_estimator
 from relform_controller.input_log import InputLog
 from relform_controller.ocp.frames import wrap_angle
-from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, Prediction
+from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, Prediction
 from relform_controller.ocp.terms.registry import make_terms
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
@@ -150,9 +150,13 @@ class FormationController:
         estimate = _unwrapped(estimate, float(asked.leader.yaw_NB[0]))
         self._estimated = now_ns, estimate
         start_ns = now_ns + self._lead_ns
-        start = self._predicted(start_ns)
-        before = self._inputs.thrusts(start_ns - self._period_ns)
-        plan, report = self._solver.solve(start.states, start.geometry, reference, before, sqp_steps)
+        predicted = self._predicted(start_ns)
+        start = HorizonStart(
+            predicted.states,
+            self._inputs.rotor_thrusts(start_ns),
+            self._inputs.thrusts(start_ns - self._period_ns),
+        )
+        plan, report = self._solver.solve(start, predicted.geometry, reference, sqp_steps)
         self._inputs.command(start_ns, plan.thrusts[:, 0])
         return self._decision(measurements, estimate, asked, plan, report)
 
@@ -172,7 +176,7 @@ class FormationController:
         now_ns, estimate = self._estimated
         if start_ns == now_ns:
             return Prediction(estimate.states, estimate.geometry)
-        thrusts = map(self._inputs.thrusts, range(now_ns, start_ns, self._period_ns))
+        thrusts = map(self._inputs.mean_thrusts, range(now_ns, start_ns, self._period_ns))
         return predict_ahead(estimate.states, estimate.geometry, thrusts, self._predict, self._ocp.pairs)
 
     def _asked(self, now_ns: int, estimate: TeamEstimate) -> MissionReference:

@@ -1,4 +1,7 @@
-"""What the vehicles fly in each interval: as commanded, until they acknowledge what it really was."""
+"""What the vehicles fly in each interval: as commanded, until they acknowledge what it really was.
+
+From these inputs follow the thrusts of the rotors with their lag.
+"""
 
 from collections.abc import Mapping
 
@@ -6,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from relform_controller.ocp import layout
+from relform_controller.ocp.rotor_lag import RotorLag
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements
 from relform_core.sensors.applied_rotor_speeds import ACKNOWLEDGED_INTERVALS, APPLIED_ROTOR_SPEEDS
+from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_core.vehicle_config import VehicleConfig
 
 SAME = 1e-9
@@ -20,12 +25,12 @@ class _Interval:
 
     def __init__(self, thrusts: Array) -> None:
         self.thrusts = thrusts
-        """Best knowledge [N], shape (vehicle, 4); replaced, never changed in place."""
+        """Best knowledge of what is commanded [N], shape (vehicle, 4); replaced, never changed in place."""
         self.is_acknowledged: npt.NDArray[np.bool_] = np.zeros(len(thrusts), dtype=np.bool_)
 
 
 class InputLog:
-    """The best knowledge of the thrusts of all vehicles, by interval.
+    """The best knowledge of the inputs of all vehicles, by interval: the thrusts that their rotors aim at.
 
     A vehicle that has not acknowledged an interval is assumed to fly the command for it, and to hover before
     the first command.
@@ -39,6 +44,8 @@ class InputLog:
     def __init__(self, vehicles: tuple[str, ...], period_ns: int, config: VehicleConfig) -> None:
         self._vehicles = vehicles
         self._period_ns = period_ns
+        self._period = period_ns / NANOSECONDS_PER_SECOND
+        self._rotor_lag = RotorLag(config.rotor_time_constant)
         self._thrust_coefficient = config.thrust_coefficient
         self._hover = np.full((len(vehicles), layout.N_INPUT), config.hover_thrust)
         self._intervals: dict[int, _Interval] = {}
@@ -63,8 +70,19 @@ class InputLog:
             self._changed.discard(start_ns)
 
     def thrusts(self, start_ns: int) -> Array:
-        """Best knowledge of the thrusts in an interval [N], shape (vehicle, 4)."""
+        """Best knowledge of the inputs in an interval [N], shape (vehicle, 4)."""
         return self._interval(start_ns).thrusts
+
+    def rotor_thrusts(self, start_ns: int) -> Array:
+        """Thrusts of the rotors at the start of an interval [N], shape (vehicle, 4)."""
+        thrusts = self._hover
+        for before_ns in sorted(each for each in self._intervals if each < start_ns):
+            thrusts = self._rotor_lag.after(thrusts, self._intervals[before_ns].thrusts, self._period)
+        return thrusts
+
+    def mean_thrusts(self, start_ns: int) -> Array:
+        """Mean thrusts of the rotors in an interval [N], shape (vehicle, 4)."""
+        return self._rotor_lag.mean(self.rotor_thrusts(start_ns), self.thrusts(start_ns), self._period)
 
     def take_changes(self, now_ns: int) -> Mapping[int, Array]:
         """Intervals that ended until now and became known or changed since the last call.

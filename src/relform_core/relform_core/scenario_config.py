@@ -12,7 +12,7 @@ from relform_core.controller_config import ControllerConfig
 from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump
 from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig
-from relform_core.schema import Label, Name, Positive, Schema, Vector3
+from relform_core.schema import Label, Name, NonNegative, Positive, Schema, Vector3
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
@@ -63,6 +63,8 @@ class PlantConfig(Schema):
     """Integration of the true motion of the vehicles."""
 
     step: Annotated[float, Field(alias="step_s", gt=0.0, le=0.005)]
+    rotor_time_constant: Annotated[NonNegative | None, Field(alias="rotor_time_constant_s")] = None
+    """True lag of the rotors [s]; null: that of the vehicle's configuration, which the controller knows."""
 
 
 class LockstepConfig(Schema):
@@ -156,6 +158,12 @@ class ScenarioConfig(Schema):
         """What a vehicle of the team sends to the controller, in the order in which it sends."""
         acknowledgement = (APPLIED_ROTOR_SPEEDS,) if self.acknowledges_commands else ()
         return (*self.sensors_of(vehicle), *acknowledgement)
+
+    @property
+    def true_rotor_time_constant(self) -> float:
+        """First-order lag of the true rotors [s]."""
+        configured = self.vehicle.rotor_time_constant
+        return configured if self.plant.rotor_time_constant is None else self.plant.rotor_time_constant
 
     def sensors_of(self, vehicle: str) -> tuple[Sensor[Any, Any], ...]:
         """The sensors that a vehicle of the team carries, in the order of their registration."""

@@ -33,7 +33,7 @@ class VehicleConfig(Schema):
     rotor_speed_min: Annotated[float, Field(alias="rotor_speed_min_rpm", ge=0.0), RPM]
     rotor_speed_max: Annotated[float, Field(alias="rotor_speed_max_rpm", gt=0.0), RPM]
     rotor_time_constant: Annotated[NonNegative, Field(alias="rotor_time_constant_s")]
-    """First-order lag of the rotor speed [s]; 0: none."""
+    """First-order lag of the rotors [s]; 0: none. The controller knows it."""
     drag_coefficient: Annotated[NonNegativeVector3, Field(alias="drag_coefficient_n_s_m")]
     """Linear drag along body x, y, z [N s/m]; 0: none."""
     mass_std: Annotated[float, Field(alias="mass_std_percent", ge=0.0, lt=20.0), PERCENT]

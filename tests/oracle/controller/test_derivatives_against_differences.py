@@ -21,6 +21,7 @@ from support.problems import (
     random_thrusts_of_team,
     residual,
     simulate,
+    simulated_plan,
     weights,
 )
 from support.world import Array
@@ -37,9 +38,15 @@ class Linearized:
     maps: StateMaps
     jacobian: Array
 
-    def residual(self, problem: Problem, state_deviation: Array) -> Array:
+    def residual(
+        self, problem: Problem, state_deviation: Array, mean_thrust_deviation: Array | None = None
+    ) -> Array:
         instance = Instance(
-            state_deviation, problem.poses.geometry(), problem.reference, problem.applied_thrusts
+            state_deviation,
+            problem.poses.geometry(),
+            problem.reference,
+            problem.applied_thrusts,
+            mean_thrust_deviation,
         )
         return self.cost.residual(self.expansion, instance)
 
@@ -54,7 +61,7 @@ def linearize(problem: Problem, guess: Plan, terms: Sequence[Term] | None = None
 
 def feasible_guess(problem: Problem, seed: int) -> Plan:
     thrusts = random_thrusts_of_team(seed, problem.ocp, problem.config.vehicle.hover_thrust)
-    return Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
+    return simulated_plan(problem, thrusts)
 
 
 CASES = [(1, 2), (2, 3), (3, 4)]
@@ -88,6 +95,7 @@ def test_derivatives_of_one_stage(seed: int, n_vehicles: int) -> None:
         np.testing.assert_allclose(B[:, :, column], slope, atol=1e-7)
 
 
+LAG = ("vehicle.rotor_time_constant_s=0.04",)
 ANOTHER_VEHICLE = (
     "vehicle.mass_kg=0.5",
     "vehicle.inertia_kg_m2=[0.003, 0.004, 0.006]",
@@ -96,7 +104,11 @@ ANOTHER_VEHICLE = (
 )
 
 
-@pytest.mark.parametrize("vehicle", [(), ANOTHER_VEHICLE], ids=["hummingbird", "another_vehicle"])
+@pytest.mark.parametrize(
+    "vehicle",
+    [(), ANOTHER_VEHICLE, LAG, (*LAG, "controller.stage_s=0.08")],
+    ids=["hummingbird", "another_vehicle", "lag", "lag_and_long_stages"],
+)
 @pytest.mark.parametrize(("seed", "n_vehicles"), CASES)
 def test_residuals_and_their_gauss_newton_jacobian(
     seed: int, n_vehicles: int, vehicle: tuple[str, ...]
@@ -118,19 +130,32 @@ def test_residuals_and_their_gauss_newton_jacobian(
     np.testing.assert_allclose(linearized.jacobian, np.array(slopes).T, atol=2e-7)
 
 
+@pytest.mark.parametrize("lag", [(), LAG], ids=["no_lag", "lag"])
 @pytest.mark.parametrize(("seed", "n_vehicles"), CASES)
-def test_residuals_to_first_order_in_the_initial_state(seed: int, n_vehicles: int) -> None:
-    """What the embedding of a measurement relies on."""
-    problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6")
-    guess = feasible_guess(problem, seed)
+def test_residuals_to_first_order_in_the_start(seed: int, n_vehicles: int, lag: tuple[str, ...]) -> None:
+    """What the embedding of a measurement relies on: initial states and thrusts of the rotors."""
+    problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6", *lag)
+    ocp, guess = problem.ocp, feasible_guess(problem, seed)
     linearized = linearize(problem, guess)
-    directions = np.random.default_rng(seed).uniform(-1.0, 1.0, (10, *problem.initial_states.shape))
-    for direction in directions:
-        change = linearized.residual(problem, linearized.maps.free_response(direction)) - linearized.residual(
+    horizon_lag = ocp.rotor_lag.over_horizon(ocp.n_stages, ocp.stage)
+    generator = np.random.default_rng(seed)
+    for _ in range(10):
+        states = generator.uniform(-1.0, 1.0, problem.initial_states.shape)
+        rotors = generator.uniform(-1.0, 1.0, problem.rotor_thrusts.shape)
+        means = None
+        if horizon_lag is not None:
+            means = horizon_lag.mean_thrusts(np.zeros_like(guess.thrusts), rotors)
+        deviation = linearized.maps.free_response(states, rotors)
+        change = linearized.residual(problem, deviation, means) - linearized.residual(
             problem, np.zeros_like(guess.states)
         )
         ahead, behind = (
-            residual(problem, problem.initial_states + sign * STEP * direction, guess.thrusts)
+            residual(
+                problem,
+                problem.initial_states + sign * STEP * states,
+                guess.thrusts,
+                problem.rotor_thrusts + sign * STEP * rotors,
+            )
             for sign in (1, -1)
         )
         np.testing.assert_allclose(change, (ahead - behind) / (2 * STEP), atol=1e-6)

@@ -6,6 +6,7 @@ come from inverting those of its three hinges, planar positions as complex numbe
 
 import dataclasses
 import itertools
+import math
 from typing import Any
 
 import casadi as ca
@@ -60,6 +61,15 @@ def following(problem: Problem, x: ca.SX, u: ca.SX) -> ca.SX:
     return x + h / 6 * (k1 + 2 * (k2 + k3) + k4)
 
 
+def lagged(problem: Problem, T: ca.SX, u: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Mean thrust over one stage and thrust at its end, of rotors that start with T."""
+    tau, h = problem.config.vehicle.rotor_time_constant, problem.config.controller.period
+    if tau == 0.0:
+        return u, u
+    left = math.exp(-h / tau)
+    return u + (T - u) * tau / h * (1.0 - left), u + (T - u) * left
+
+
 def turn(angle: ca.SX, x: ca.SX, y: ca.SX) -> tuple[ca.SX, ca.SX]:
     """exp(i angle) (x + i y)."""
     return ca.cos(angle) * x - ca.sin(angle) * y, ca.cos(angle) * y + ca.sin(angle) * x
@@ -71,7 +81,14 @@ def relative_position(observer: ca.SX, target: ca.SX, p: Array, yaw: float) -> c
     return ca.vertcat(x, y, target[2] + p[2] - observer[2])
 
 
-def cost(problem: Problem, geometry: TeamGeometry, X: list[list[ca.SX]], U: list[list[ca.SX]]) -> ca.SX:
+def cost(
+    problem: Problem,
+    geometry: TeamGeometry,
+    X: list[list[ca.SX]],
+    U: list[list[ca.SX]],
+    F: list[list[ca.SX]],
+) -> ca.SX:
+    """Of states, commands and mean thrusts."""
     w, reference, N = problem.config.controller.weights, problem.reference, problem.ocp.n_stages
     total = ca.SX(0)
     for k in range(1, N + 1):
@@ -85,10 +102,10 @@ def cost(problem: Problem, geometry: TeamGeometry, X: list[list[ca.SX]], U: list
         at_k += w.leader_position * ca.sumsqr(p_NB_N - reference.p_NB_N[k])
         at_k += w.leader_yaw * (leader[8] + geometry.yaw_NI - reference.yaw_NB[k]) ** 2
         total += at_k * (w.terminal_scale if k == N else 1.0)
-    for vehicle, (states, thrusts) in enumerate(zip(X, U, strict=True)):
+    for vehicle, (states, thrusts, means) in enumerate(zip(X, U, F, strict=True)):
         before: Any = problem.applied_thrusts[vehicle]
-        for x_k, u_k in zip(states, thrusts, strict=False):
-            total += w.acceleration * ca.sumsqr(rate(problem, x_k, u_k)[3:6])
+        for x_k, u_k, f_k in zip(states, thrusts, means, strict=False):
+            total += w.acceleration * ca.sumsqr(rate(problem, x_k, f_k)[3:6])
             total += w.torque * ca.sumsqr(torque(problem, u_k)) + w.thrust_rate * ca.sumsqr(u_k - before)
             before = u_k
     return total
@@ -101,9 +118,16 @@ def solve_by_ipopt(problem: Problem, geometry: TeamGeometry) -> tuple[Plan, floa
     x, u = ca.SX.sym("x", 12), ca.SX.sym("u", 4)
     step = ca.Function("step", [x, u], [following(problem, x, u)])
     gaps = [X[i][0] - problem.initial_states[i] for i in range(n)]
-    gaps += [X[i][k + 1] - step(X[i][k], U[i][k]) for i in range(n) for k in range(N)]
+    F: list[list[ca.SX]] = []
+    for i in range(n):
+        T, means = ca.SX(problem.rotor_thrusts[i]), []
+        for u_k in U[i]:
+            mean, T = lagged(problem, T, u_k)
+            means.append(mean)
+        F.append(means)
+    gaps += [X[i][k + 1] - step(X[i][k], F[i][k]) for i in range(n) for k in range(N)]
     inputs, states = (ca.vertcat(*itertools.chain.from_iterable(part)) for part in (U, X))
-    nlp = {"x": ca.vertcat(inputs, states), "f": cost(problem, geometry, X, U), "g": ca.vertcat(*gaps)}
+    nlp = {"x": ca.vertcat(inputs, states), "f": cost(problem, geometry, X, U, F), "g": ca.vertcat(*gaps)}
     options = {
         "print_time": False,
         "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-11, "bound_relax_factor": 0.0},
@@ -129,16 +153,17 @@ def solve_by_ipopt(problem: Problem, geometry: TeamGeometry) -> tuple[Plan, floa
     assert solver.stats()["success"]
     values = np.array(solution["x"]).reshape(-1)
     thrusts = values[: inputs.numel()].reshape(n, N, 4)
-    return Plan(values[inputs.numel() :].reshape(n, N + 1, 12), thrusts), float(solution["f"])
+    states = values[inputs.numel() :].reshape(n, N + 1, 12)
+    return Plan(states, thrusts, problem.rotor_thrusts), float(solution["f"])
 
 
 def iterate(problem: Problem, geometry: TeamGeometry, kkt: float) -> SqpStep:
     """Full Gauss-Newton steps from hover."""
     rti = rti_of(problem.ocp)
-    plan = hover_plan(problem.initial_states, problem.config.vehicle.hover_thrust, problem.ocp.n_stages)
+    plan = hover_plan(problem.start, problem.config.vehicle.hover_thrust, problem.ocp.n_stages)
     for _ in range(100):
         rti.prepare(plan, geometry)
-        step = rti.feedback(problem.initial_states, geometry, problem.reference, problem.applied_thrusts)
+        step = rti.feedback(problem.start, geometry, problem.reference)
         plan = step.plan
         if step.kkt < kkt:
             return step
@@ -174,6 +199,7 @@ def noisy(problem: Problem, geometry: TeamGeometry, seed: int) -> tuple[Problem,
         (2, 3, (), 0.2, True),
         (3, 3, PAPER_WEIGHTS, 0.2, True),
         (4, 4, ("controller.horizon_steps=10",), 0.2, True),
+        (5, 3, ("vehicle.rotor_time_constant_s=0.05",), 0.2, True),
     ],
 )
 def test_iterated_to_the_solution_of_the_nonlinear_program(

@@ -16,6 +16,7 @@ from support.problems import (
     residual,
     rti_of,
     simulate,
+    simulated_plan,
     weights,
 )
 from support.world import Array
@@ -25,7 +26,7 @@ STEP = 1e-5
 
 def feasible_guess(problem: Problem, seed: int) -> Plan:
     thrusts = random_thrusts_of_team(seed, problem.ocp, problem.config.vehicle.hover_thrust)
-    return Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
+    return simulated_plan(problem, thrusts)
 
 
 def jacobian(problem: Problem, guess: Plan) -> Array:
@@ -47,35 +48,39 @@ def moved(problem: Problem, seed: int) -> Problem:
     )
     states = problem.initial_states + generator.uniform(-0.1, 0.1, problem.initial_states.shape)
     states[:, layout.POSITION] = states[:, layout.YAW] = 0.0
-    return dataclasses.replace(problem, poses=poses, initial_states=states)
+    rotors = problem.rotor_thrusts + generator.uniform(-0.2, 0.2, problem.rotor_thrusts.shape)
+    return dataclasses.replace(problem, poses=poses, initial_states=states, rotor_thrusts=rotors)
 
 
 @pytest.mark.parametrize(
-    ("seed", "n_vehicles", "disturbance", "bounds_are_active"),
-    [(1, 2, 0.05, False), (2, 3, 0.2, True), (3, 4, 0.3, True)],
+    ("seed", "n_vehicles", "disturbance", "time_constant_s", "bounds_are_active"),
+    [(1, 2, 0.05, 0.0, False), (2, 3, 0.2, 0.0, True), (3, 4, 0.3, 0.0, True), (4, 3, 0.1, 0.05, True)],
 )
 def test_one_step_from_other_measurements_than_predicted(
-    seed: int, n_vehicles: int, disturbance: float, bounds_are_active: bool
+    seed: int, n_vehicles: int, disturbance: float, time_constant_s: float, bounds_are_active: bool
 ) -> None:
-    """Residuals are those of the measured geometry, to first order in the measured states; their derivatives
-    by the inputs are those of the prepared geometry.
+    """Residuals are those of the measured geometry, to first order in the measured states and thrusts of the
+    rotors; their derivatives by the inputs are those of the prepared geometry.
     """
-    predicted = random_problem(seed, n_vehicles, "controller.horizon_steps=6", disturbance=disturbance)
+    overrides = ("controller.horizon_steps=6", f"vehicle.rotor_time_constant_s={time_constant_s}")
+    predicted = random_problem(seed, n_vehicles, *overrides, disturbance=disturbance)
     measured = moved(predicted, seed)
     ocp, guess = predicted.ocp, feasible_guess(predicted, seed)
     rti = rti_of(ocp)
     rti.prepare(guess, predicted.poses.geometry())
-    found = rti.feedback(
-        measured.initial_states, measured.poses.geometry(), measured.reference, measured.applied_thrusts
-    )
+    found = rti.feedback(measured.start, measured.poses.geometry(), measured.reference)
 
     scale = np.sqrt(weights(predicted))
     J = scale[:, None] * jacobian(predicted, guess)
     change = measured.initial_states - predicted.initial_states
-    ahead, behind = (
-        residual(measured, predicted.initial_states + sign * STEP * change, guess.thrusts) for sign in (1, -1)
-    )
-    r = residual(measured, predicted.initial_states, guess.thrusts) + (ahead - behind) / (2 * STEP)
+    rotor_change = measured.rotor_thrusts - predicted.rotor_thrusts
+
+    def along(share: float) -> Array:
+        """From the predicted start towards the measured one."""
+        states = predicted.initial_states + share * change
+        return residual(measured, states, guess.thrusts, predicted.rotor_thrusts + share * rotor_change)
+
+    r = along(0.0) + (along(STEP) - along(-STEP)) / (2 * STEP)
     r *= scale
     flat = guess.thrusts.reshape(-1)
     bounds = (ocp.thrust_min - flat, ocp.thrust_max - flat)
@@ -101,9 +106,8 @@ def test_a_measured_state_other_than_the_guessed_one_enters_to_first_order(seed:
     change[:, layout.POSITION] = change[:, layout.YAW] = 0.0
     rti = rti_of(problem.ocp)
     rti.prepare(guess, problem.poses.geometry())
-    found = rti.feedback(
-        problem.initial_states + change, problem.poses.geometry(), problem.reference, problem.applied_thrusts
-    )
+    start = dataclasses.replace(problem.start, states=problem.initial_states + change)
+    found = rti.feedback(start, problem.poses.geometry(), problem.reference)
 
     scale = np.sqrt(weights(problem))
     ahead, behind = (

@@ -1,7 +1,6 @@
 """Every term of the cost against differences of its own residual; a term from outside enters the solver."""
 
 import dataclasses
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp, Plan
 from relform_controller.ocp.terms.registry import TERMS, make_terms
-from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance, Term
+from relform_controller.ocp.terms.term import ByInputs, ByStates, Derivatives, Expansion, Instance, Term
 from relform_controller.solver.dense.rti import RealTimeIteration, expand
 from relform_controller.solver.kernels import Kernels
 from relform_controller.solver.warm_start import hover_plan
@@ -39,7 +38,7 @@ class Separation:
     def weights(self, weights: WeightsConfig) -> Array:
         return np.full((1, 1, 1), 0.7)
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         gap = 2.0 * self._gap(expansion.guess.states)[:, 1:, None]
         return (
             ByStates(self._first, layout.POSITION, -gap),
@@ -72,7 +71,7 @@ class Climb:
     def weights(self, weights: WeightsConfig) -> Array:
         return np.full((1, 1, 1), 1e4)
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         return (ByStates(np.arange(self.n_items), [5], np.ones((self.n_items, self._n_stages, 1, 1))),)
 
     def residual(self, expansion: Expansion, instance: Instance) -> Array:
@@ -83,7 +82,8 @@ def guess_of(problem: Problem) -> Plan:
     """A guess with gaps between its stages."""
     thrusts = random_thrusts_of_team(7, problem.ocp, problem.config.vehicle.hover_thrust)
     states = np.random.default_rng(7).uniform(-0.4, 0.4, (*thrusts.shape[:2], layout.N_STATE))
-    return Plan(np.concatenate([states, states[:, :1] + 0.1], axis=1), thrusts)
+    states = np.concatenate([states, states[:, :1] + 0.1], axis=1)
+    return Plan(states, thrusts, problem.rotor_thrusts)
 
 
 class Evaluated:
@@ -135,8 +135,8 @@ def test_derivatives_are_those_of_the_residual_and_no_other_is_left_out(term: An
                     at = stage + 1 if evaluated.term.at_end else stage
                     columns = np.arange(layout.N_STATE)[block.components]
                     by_states[item, stage, :, vehicle, at, columns] -= block.values[item, stage].T
-                elif stage >= block.lag:
-                    by_inputs[item, stage, :, vehicle, stage - block.lag] -= block.values[item, stage]
+                elif stage >= (lag := block.lag if isinstance(block, ByInputs) else 0):
+                    by_inputs[item, stage, :, vehicle, stage - lag] -= block.values[item, stage]
     np.testing.assert_allclose(by_states, 0.0, atol=1e-7)
     np.testing.assert_allclose(by_inputs, 0.0, atol=1e-7)
 
@@ -147,7 +147,8 @@ def test_residuals_are_right_to_first_order_in_the_deviation_of_the_states(term:
     direction = np.random.default_rng(5).uniform(-1.0, 1.0, guess.states.shape)
     change = evaluated.residual(guess, direction) - evaluated.residual(guess)
     ahead, behind = (
-        evaluated.residual(Plan(guess.states + sign * STEP * direction, guess.thrusts)) for sign in (1, -1)
+        evaluated.residual(dataclasses.replace(guess, states=guess.states + sign * STEP * direction))
+        for sign in (1, -1)
     )
     np.testing.assert_allclose(change, (ahead - behind) / (2 * STEP), atol=1e-6)
 
@@ -179,19 +180,14 @@ def test_every_term_has_a_weight_of_its_own_in_the_configuration() -> None:
 
 def test_terms_from_outside_act_in_the_solver() -> None:
     """A high price of climbing keeps the vehicles at their height; without a weight it changes nothing."""
-    guess = hover_plan(PROBLEM.initial_states, PROBLEM.config.vehicle.hover_thrust, PROBLEM.ocp.n_stages)
+    guess = hover_plan(PROBLEM.start, PROBLEM.config.vehicle.hover_thrust, PROBLEM.ocp.n_stages)
 
     def solved(*terms: Term) -> Plan:
         solver = RealTimeIteration(PROBLEM.ocp, terms, Kernels(PROBLEM.ocp, terms))
         plan = guess
         for _ in range(10):
             solver.prepare(plan, PROBLEM.poses.geometry())
-            plan = solver.feedback(
-                PROBLEM.initial_states,
-                PROBLEM.poses.geometry(),
-                PROBLEM.reference,
-                PROBLEM.applied_thrusts,
-            ).plan
+            plan = solver.feedback(PROBLEM.start, PROBLEM.poses.geometry(), PROBLEM.reference).plan
         return plan
 
     paper = make_terms(PROBLEM.ocp)

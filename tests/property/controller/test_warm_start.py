@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
 from relform_controller.solver.warm_start import transform
-from support.problems import Poses, Problem, random_problem, random_thrusts_of_team, simulate
+from support.problems import Poses, Problem, random_problem, random_thrusts_of_team, simulate, simulated_plan
 from support.world import Array
 
 PAIRS = layout.ordered_pairs(3)
@@ -24,7 +24,7 @@ def moved_plan(seed: int) -> tuple[Problem, Plan]:
     states[:, layout.POSITION] = generator.uniform(-0.5, 0.5, (3, 3))
     states[:, layout.YAW] = generator.uniform(-3.0, 3.0, 3)
     thrusts = random_thrusts_of_team(seed, problem.ocp, problem.config.vehicle.hover_thrust)
-    return problem, Plan(simulate(problem.ocp, states, thrusts), thrusts)
+    return problem, simulated_plan(problem, thrusts, states)
 
 
 def in_world(plan: Plan, poses: Poses) -> tuple[Array, Array, Array]:

@@ -1,5 +1,6 @@
 """Algorithm MRTI: how many SQP steps are taken, what is flown when one fails, and how it recovers."""
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Callable
@@ -22,7 +23,7 @@ from support.world import Array
 PROBLEM = random_problem(2, 3, "controller.horizon_steps=6")
 GEOMETRY = PROBLEM.poses.geometry()
 HOVER_THRUST = PROBLEM.config.vehicle.hover_thrust
-HOVER = hover_plan(PROBLEM.initial_states, HOVER_THRUST, 6)
+HOVER = hover_plan(PROBLEM.start, HOVER_THRUST, 6)
 
 
 def ticking(tick: float) -> Callable[[], float]:
@@ -57,7 +58,8 @@ def make_solver(
 def solve(
     solver: ModifiedRti, states: Array = PROBLEM.initial_states, sqp_steps: int | None = None
 ) -> tuple[Plan, SolverReport]:
-    return solver.solve(states, GEOMETRY, PROBLEM.reference, PROBLEM.applied_thrusts, sqp_steps)
+    start = dataclasses.replace(PROBLEM.start, states=states)
+    return solver.solve(start, GEOMETRY, PROBLEM.reference, sqp_steps)
 
 
 def started(solver: ModifiedRti) -> ModifiedRti:
@@ -69,7 +71,8 @@ def started(solver: ModifiedRti) -> ModifiedRti:
 
 def following(plan: Plan) -> tuple[Plan, TeamGeometry]:
     """The warm start of the next control step, and the geometry predicted for it."""
-    return transform(shift(plan, kernels_of(PROBLEM.ocp).predict), GEOMETRY, PROBLEM.ocp.pairs)
+    shifted = shift(plan, kernels_of(PROBLEM.ocp).predict, PROBLEM.ocp)
+    return transform(shifted, GEOMETRY, PROBLEM.ocp.pairs)
 
 
 def steps_by_hand(count: int, guess: Plan = HOVER, predicted: TeamGeometry = GEOMETRY) -> Plan:
@@ -77,7 +80,7 @@ def steps_by_hand(count: int, guess: Plan = HOVER, predicted: TeamGeometry = GEO
     rti, plan = rti_of(PROBLEM.ocp), guess
     for step in range(count):
         rti.prepare(plan, predicted if step == 0 else GEOMETRY)
-        plan = rti.feedback(PROBLEM.initial_states, GEOMETRY, PROBLEM.reference, PROBLEM.applied_thrusts).plan
+        plan = rti.feedback(PROBLEM.start, GEOMETRY, PROBLEM.reference).plan
     return plan
 
 
@@ -224,7 +227,7 @@ def test_a_plan_that_cannot_be_prepared_does_not_stay_the_guess() -> None:
     wild = NEXT.states.copy()
     wild[:, :, layout.PITCH] = 0.5 * math.pi  # the Euler angles are singular there
     solve(solver)
-    tampered.guess = Plan(wild, NEXT.thrusts)
+    tampered.guess = dataclasses.replace(NEXT, states=wild)
     solver.prepare_next()
     tampered.guess = None
     states = []

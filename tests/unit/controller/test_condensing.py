@@ -26,7 +26,7 @@ def test_states_follow_the_linear_recursion(n_vehicles: int, n_stages: int) -> N
             np.testing.assert_allclose(
                 by_inputs + by_initial + maps.offset[vehicle, k], dx, rtol=1e-9, atol=1e-9
             )
-            free = maps.free_response(dx0)[vehicle, k]
+            free = maps.free_response(dx0, np.ones((n_vehicles, layout.N_INPUT)))[vehicle, k]
             np.testing.assert_allclose(free + by_inputs, dx, rtol=1e-9, atol=1e-9)
             if k < n_stages:
                 dx = A[vehicle, k] @ dx + B[vehicle, k] @ du[vehicle, k] + gaps[vehicle, k]

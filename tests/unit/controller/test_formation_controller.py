@@ -134,7 +134,7 @@ def test_the_change_of_thrust_is_counted_from_what_was_commanded(
     solve = ModifiedRti.solve
 
     def listen(solver: ModifiedRti, *arguments: Any) -> Any:
-        applied.append(arguments[3])
+        applied.append(arguments[0].applied_thrusts)
         return solve(solver, *arguments)
 
     monkeypatch.setattr(ModifiedRti, "solve", listen)

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from relform_controller.ocp import layout
-from relform_controller.ocp.problem import Plan
 from relform_controller.solver.dense.rti import RealTimeIteration
 from relform_controller.solver.solver import QpError, SqpStep
 from relform_controller.solver.warm_start import hover_plan
 from support.problems import Problem, kernels_of, random_problem, rti_of
 
 PROBLEM = random_problem(2, 3, "controller.horizon_steps=6")
-GUESS = hover_plan(PROBLEM.initial_states, PROBLEM.config.vehicle.hover_thrust, 6)
+GUESS = hover_plan(PROBLEM.start, PROBLEM.config.vehicle.hover_thrust, 6)
 
 
 def make_rti() -> RealTimeIteration:
@@ -21,9 +20,7 @@ def make_rti() -> RealTimeIteration:
 
 
 def feedback(rti: RealTimeIteration, problem: Problem = PROBLEM) -> SqpStep:
-    return rti.feedback(
-        problem.initial_states, problem.poses.geometry(), problem.reference, problem.applied_thrusts
-    )
+    return rti.feedback(problem.start, problem.poses.geometry(), problem.reference)
 
 
 def assert_same(found: SqpStep, expected: SqpStep) -> None:
@@ -89,7 +86,7 @@ def test_a_guess_that_is_not_finite_cannot_be_prepared_nor_used() -> None:
     states = GUESS.states.copy()
     states[1, 3, layout.PITCH] = np.nan
     with pytest.raises(QpError, match="the Hessian is not finite"):
-        rti.prepare(Plan(states, GUESS.thrusts), PROBLEM.poses.geometry())
+        rti.prepare(dataclasses.replace(GUESS, states=states), PROBLEM.poses.geometry())
     with pytest.raises(RuntimeError, match="needs a prepare"):
         feedback(rti)
 

@@ -14,8 +14,10 @@ from relform_controller.estimation.team_monitor import RUN
 from relform_controller.formation_controller import FormationController
 from relform_controller.ocp.frames import wrap_angle, wrap_angles
 from relform_controller.ocp.layout import ordered_pairs
+from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.names import EstimatorMode
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearing
@@ -33,6 +35,7 @@ class Flight:
 
 
 SCENARIO = paper_scenario(AGILE, seed=3)
+WITH_LAG = paper_scenario(AGILE, "vehicle.rotor_time_constant_s=0.04", seed=3)
 STEPS = 30
 FOLLOWER = "follower_1"
 
@@ -42,9 +45,11 @@ def flight() -> Flight:
     return Flight(*record(SCENARIO, STEPS))
 
 
-def estimates(flight: Flight, measured: list[TeamMeasurements]) -> list[TeamEstimate | Waiting]:
+def estimates(
+    flight: Flight, measured: list[TeamMeasurements], config: ScenarioConfig = SCENARIO.config
+) -> list[TeamEstimate | Waiting]:
     """Estimates on these measurements, with the inputs that were applied in the recorded flight."""
-    estimator = TeamEstimator(SCENARIO.config)
+    estimator = TeamEstimator(config)
     coefficient = SCENARIO.config.vehicle.thrust_coefficient
     hover = np.full((3, 4), SCENARIO.config.vehicle.hover_thrust)
     found, thrusts = [], hover
@@ -55,8 +60,10 @@ def estimates(flight: Flight, measured: list[TeamMeasurements]) -> list[TeamEsti
     return found
 
 
-def last(flight: Flight, measured: list[TeamMeasurements]) -> TeamEstimate:
-    estimate = estimates(flight, measured)[-1]
+def last(
+    flight: Flight, measured: list[TeamMeasurements], config: ScenarioConfig = SCENARIO.config
+) -> TeamEstimate:
+    estimate = estimates(flight, measured, config)[-1]
     assert isinstance(estimate, TeamEstimate)
     return estimate
 
@@ -85,13 +92,32 @@ def delayed(
         yield dataclasses.replace(measurements, by_vehicle=by_vehicle)
 
 
-def test_late_measurements_are_used_at_their_own_instants(flight: Flight) -> None:
+@pytest.mark.parametrize("scenario", [SCENARIO, WITH_LAG], ids=["no_lag", "lag"])
+def test_late_measurements_are_used_at_their_own_instants(flight: Flight, scenario: LoadedScenario) -> None:
     """Range and bearing of one follower arrives three steps late, but all before the last step."""
 
     def is_late(sent: int, vehicle: str, sensor: str) -> bool:
         return vehicle == FOLLOWER and sensor == RANGE_BEARING.name and 5 <= sent < STEPS - 5
 
-    assert_equal(last(flight, list(delayed(flight.measured, is_late, 3))), last(flight, flight.measured))
+    late = list(delayed(flight.measured, is_late, 3))
+    assert_equal(last(flight, late, scenario.config), last(flight, flight.measured, scenario.config))
+
+
+def test_the_lag_of_the_rotors_is_known_to_the_filter() -> None:
+    """A filter that knows of it finds no other forces; one that does not takes it for such."""
+    flown = Flight(*record(WITH_LAG, STEPS))
+
+    def found_forces(scenario: LoadedScenario) -> float:
+        """Mean over the flight, per mass [m/s^2]."""
+        found = [
+            each.geometry.disturbances.acceleration_I
+            for each in estimates(flown, flown.measured, scenario.config)
+            if isinstance(each, TeamEstimate) and each.geometry.disturbances is not None
+        ]
+        assert len(found) == STEPS
+        return float(np.abs(found).mean())
+
+    assert found_forces(WITH_LAG) < 0.1 * found_forces(SCENARIO)
 
 
 def test_a_late_measurement_changes_the_estimate(flight: Flight) -> None:

@@ -1,6 +1,7 @@
 """The first guess of a flight, and the plan one period later."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -8,22 +9,31 @@ import pytest
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
 from relform_controller.solver.warm_start import hover_plan, shift, transform
-from support.problems import kernels_of, random_problem, random_thrusts_of_team, simulate
+from support.problems import (
+    kernels_of,
+    mean_thrusts,
+    random_problem,
+    random_thrusts_of_team,
+    simulate,
+    simulated_plan,
+)
+from support.world import Array
 
 
 def test_first_guess_stays_where_it_is() -> None:
     problem = random_problem(3, 3)
-    plan = hover_plan(problem.initial_states, hover_thrust=1.75, n_stages=4)
+    plan = hover_plan(problem.start, hover_thrust=1.75, n_stages=4)
     assert plan.thrusts.shape == (3, 4, layout.N_INPUT)
     assert (plan.thrusts == 1.75).all()
     np.testing.assert_array_equal(plan.states, np.stack([problem.initial_states] * 5, axis=1))
+    np.testing.assert_array_equal(plan.rotor_thrusts, problem.rotor_thrusts)
 
 
 def test_shifted_plan_is_one_period_on_and_ends_with_the_last_input_again() -> None:
     problem = random_problem(2, 3, "controller.horizon_steps=6")
     thrusts = random_thrusts_of_team(2, problem.ocp, problem.config.vehicle.hover_thrust)
-    plan = Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
-    shifted = shift(plan, kernels_of(problem.ocp).predict)
+    plan = simulated_plan(problem, thrusts)
+    shifted = shift(plan, kernels_of(problem.ocp).predict, problem.ocp)
     np.testing.assert_array_equal(shifted.thrusts[:, :-1], thrusts[:, 1:])
     np.testing.assert_array_equal(shifted.thrusts[:, -1], thrusts[:, -1])
     np.testing.assert_array_equal(shifted.states[:, :-1], plan.states[:, 1:])
@@ -32,13 +42,36 @@ def test_shifted_plan_is_one_period_on_and_ends_with_the_last_input_again() -> N
     np.testing.assert_allclose(shifted.states, expected[:, 1:], atol=1e-12)
 
 
+@pytest.mark.parametrize("stage_s", [0.05, 0.08])
+def test_a_shifted_plan_continues_the_lag_of_the_rotors(stage_s: float) -> None:
+    """The states and thrusts are those one period later of the same flight, at every stage."""
+    overrides = ("vehicle.rotor_time_constant_s=0.04", f"controller.stage_s={stage_s}")
+    problem = random_problem(4, 3, "controller.horizon_steps=6", *overrides)
+    ocp, period = problem.ocp, 0.05
+    commands = random_thrusts_of_team(4, ocp, problem.config.vehicle.hover_thrust)
+    plan = simulated_plan(problem, commands)
+    shifted = shift(plan, kernels_of(ocp).predict, ocp)
+
+    def following(rotor_thrusts: Array, command: Array, duration: float) -> Array:
+        return command + math.exp(-duration / 0.04) * (rotor_thrusts - command)
+
+    rotor_thrusts, one_period = problem.rotor_thrusts, dataclasses.replace(ocp, stage=period)
+    np.testing.assert_allclose(shifted.rotor_thrusts, following(rotor_thrusts, commands[:, 0], period))
+    for stage in range(ocp.n_stages + 1):
+        command = commands[:, min(stage, ocp.n_stages - 1)]
+        means = mean_thrusts(one_period, command[:, None], rotor_thrusts)
+        expected = simulate(one_period, plan.states[:, stage], means)[:, 1]
+        np.testing.assert_allclose(shifted.states[:, stage], expected, atol=1e-12)
+        rotor_thrusts = following(rotor_thrusts, command, stage_s)
+
+
 def test_the_plan_that_was_shifted_and_transformed_is_not_touched() -> None:
     problem = random_problem(2, 3, "controller.horizon_steps=6")
     thrusts = random_thrusts_of_team(2, problem.ocp, problem.config.vehicle.hover_thrust)
-    plan = Plan(simulate(problem.ocp, problem.initial_states, thrusts), thrusts)
-    copy = Plan(plan.states.copy(), plan.thrusts.copy())
+    plan = simulated_plan(problem, thrusts)
+    copy = Plan(plan.states.copy(), plan.thrusts.copy(), plan.rotor_thrusts.copy())
     geometry = problem.poses.geometry()
-    transform(shift(plan, kernels_of(problem.ocp).predict), geometry, problem.ocp.pairs)
+    transform(shift(plan, kernels_of(problem.ocp).predict, problem.ocp), geometry, problem.ocp.pairs)
     np.testing.assert_array_equal(plan.states, copy.states)
     np.testing.assert_array_equal(plan.thrusts, copy.thrusts)
     np.testing.assert_array_equal(geometry.p_I1I2_I1, problem.poses.geometry().p_I1I2_I1)
@@ -56,7 +89,7 @@ def test_a_quarter_turn_by_hand() -> None:
         p_NI_N=np.array([10.0, 20.0, 30.0]),
         yaw_NI=np.pi,
     )
-    plan, found = transform(Plan(states, np.ones((2, 0, 4))), geometry, ((0, 1), (1, 0)))
+    plan, found = transform(Plan(states, np.ones((2, 0, 4)), np.ones((2, 4))), geometry, ((0, 1), (1, 0)))
     np.testing.assert_allclose(plan.states[0, 0, layout.VELOCITY], [2.0, 0.0, 0.5], atol=1e-12)  # ahead
     # From 1, 2 is 2 m ahead and 1 m left in the old frame: 1 m ahead and 2 m to the right in the new one.
     np.testing.assert_allclose(found.p_I1I2_I1, [[1.0, -2.0, 0.7], [-2.0, -1.0, -0.7]], atol=1e-12)
@@ -72,8 +105,8 @@ def test_a_shift_by_a_part_of_a_stage(stage_s: float) -> None:
     problem = random_problem(5, 3, f"controller.stage_s={stage_s}", "controller.horizon_steps=6")
     ocp, share = problem.ocp, 0.05 / stage_s
     thrusts = random_thrusts_of_team(5, ocp, problem.config.vehicle.hover_thrust)
-    plan = Plan(simulate(ocp, problem.initial_states, thrusts), thrusts)
-    shifted = shift(plan, kernels_of(ocp).predict, share)
+    plan = simulated_plan(problem, thrusts)
+    shifted = shift(plan, kernels_of(ocp).predict, ocp)
     for stage in range(ocp.n_stages + 1):
         held = thrusts[:, min(stage, ocp.n_stages - 1)]
         expected = simulate(dataclasses.replace(ocp, stage=0.05), plan.states[:, stage], held[:, None])[:, 1]

@@ -108,6 +108,26 @@ def test_nominal_vehicle_hovers_and_measures_g() -> None:
     assert np.mean(forces, axis=0) == pytest.approx([0.0, 0.0, GRAVITY], abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("overrides", "time_constant"),
+    [
+        ((), 0.0),
+        (("vehicle.rotor_time_constant_s=0.03",), 0.03),
+        (("vehicle.rotor_time_constant_s=0.03", "plant.rotor_time_constant_s=0.05"), 0.05),
+        (("vehicle.rotor_time_constant_s=0.03", "plant.rotor_time_constant_s=0"), 0.0),
+    ],
+)
+def test_the_plant_may_have_another_lag_than_the_controller_knows(
+    overrides: tuple[str, ...], time_constant: float
+) -> None:
+    """By the specific force after one interval of a higher command."""
+    config = load(*EXACT, "sensors.imu.accelerometer_std_m_s2=0", *overrides)
+    flight = fly(config, 1, commands=lambda step: command(step, np.full(4, 1.1 * HOVER)))
+    remaining = 0.0 if time_constant == 0.0 else math.exp(-0.05 / time_constant)
+    force = flight.measurements[1]["leader"].newest(IMU).f_NB_B
+    assert force == pytest.approx([0.0, 0.0, GRAVITY * (1.1 - 0.1 * remaining) ** 2])
+
+
 def test_true_vehicles_differ_from_the_nominal_one_and_from_each_other() -> None:
     config = load("sensors.imu.accelerometer_std_m_s2=0.0")
     flight = fly(config, 1, commands=hovering)

@@ -22,6 +22,7 @@ from relform_controller.estimation.timeline import Measured, Timeline
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody
 from relform_controller.ocp.problem import Prediction
+from relform_controller.ocp.rotor_lag import RotorLag
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
@@ -43,8 +44,10 @@ class _Known:
 
     belief: Belief
     memory: Memory
+    commanded: Array
+    """Thrusts commanded for the interval that ends here [N], shape (vehicle, 4)."""
     thrusts: Array
-    """In the interval that ends here [N], shape (vehicle, 4)."""
+    """Thrusts of the rotors at this instant [N], shape (vehicle, 4)."""
 
 
 @dataclass
@@ -75,6 +78,7 @@ class TeamEstimator:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
         self._body = RigidBody.from_config(config.vehicle)
+        self._rotor_lag = RotorLag(config.vehicle.rotor_time_constant)
         n = len(self._vehicles)
         self._pairs = layout.ordered_pairs(n)
         index = {pair: k for k, pair in enumerate(self._pairs)}
@@ -120,17 +124,22 @@ class TeamEstimator:
 
     def _timeline_from(self, first: FirstBelief) -> Timeline[_Known]:
         memory = Memory.empty(len(self._vehicles), len(self._pairs))
-        timeline = Timeline(first.stamp_ns, _Known(first.belief, memory, self._hover), self._hover)
+        timeline = Timeline(
+            first.stamp_ns, _Known(first.belief, memory, self._hover, self._hover), self._hover
+        )
         for key, measurement in first.measured.items():
             timeline.measure(first.stamp_ns, key, measurement)
         return timeline
 
-    def _predict(self, known: _Known, thrusts: Array | None, duration_ns: int) -> _Known:
+    def _predict(self, known: _Known, commanded: Array | None, duration_ns: int) -> _Known:
         """What is known after an interval without measurements."""
-        thrusts = known.thrusts if thrusts is None else thrusts
+        commanded = known.commanded if commanded is None else commanded
         duration, period = (ns / NANOSECONDS_PER_SECOND for ns in (duration_ns, self._period_ns))
-        noise = self._noise.variances(thrusts, duration, period, self._body)
-        return _Known(self._filter.predict(known.belief, thrusts, duration, noise), known.memory, thrusts)
+        mean = self._rotor_lag.mean(known.thrusts, commanded, duration)
+        noise = self._noise.variances(mean, duration, period, self._body)
+        belief = self._filter.predict(known.belief, mean, duration, noise)
+        thrusts = self._rotor_lag.after(known.thrusts, commanded, duration)
+        return _Known(belief, known.memory, commanded, thrusts)
 
     def _correct(self, known: _Known, stamp_ns: int, measured: Measured) -> _Known:
         """What is known after the measurements of an instant."""
@@ -163,7 +172,7 @@ class TeamEstimator:
         for vehicle in team_monitor.misplaced_vehicles(runs, seen, self._pairs):
             belief = self._placed_again(belief, vehicle, measured)
             runs = np.where([vehicle in pair for pair in self._pairs], 0, runs)
-        return _Known(belief, Memory(drift, runs, contradictions, misfits), known.thrusts)
+        return replace(known, belief=belief, memory=Memory(drift, runs, contradictions, misfits))
 
     def _placed_again(self, belief: Belief, vehicle: int, measured: Measured) -> Belief:
         """The belief with a vehicle placed by mutual sightings with another, if there are such."""

@@ -112,7 +112,7 @@ class TeamFilter:
         """The belief some time later.
 
         Args:
-            thrusts: constant thrust of each rotor over the interval [N], shape (vehicle, 4).
+            thrusts: mean thrust of each rotor in the interval [N], shape (vehicle, 4).
             duration: length of the interval [s].
             noise: variances that the interval adds, shape (vehicle, 16).
         """

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, Prediction, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, Prediction, TeamGeometry
 from relform_controller.ocp.terms.term import CompiledFunction
 from relform_controller.solver.solver import QpError, Solver, SqpStep
 from relform_controller.solver.warm_start import hover_plan, shift, transform
@@ -24,8 +24,8 @@ class ModifiedRti:
     Args:
         ocp: the problem.
         solver: takes the SQP steps.
-        predict: (state, thrusts, disturbance if there is one) -> (state one control period later,), of all
-            vehicles.
+        predict: (state, mean thrusts, disturbance if there is one) -> (state one control period later,), of
+            all vehicles.
         config: limits on the number of SQP steps, tolerances, and the kind of warm start.
         hover_thrust: thrust of each rotor in the first guess [N].
         clock: monotonic time [s], for the reports and the time budget only.
@@ -69,25 +69,23 @@ class ModifiedRti:
 
     def solve(
         self,
-        initial_states: Array,
+        start: HorizonStart,
         geometry: TeamGeometry,
         reference: HorizonReference,
-        applied_thrusts: Array,
         sqp_steps: int | None = None,
     ) -> tuple[Plan, SolverReport]:
         """The plan for one estimate, or a fallback as the class describes it.
 
         Args:
-            initial_states: state of each vehicle in its own {mi}, shape (vehicle, N_STATE).
+            start: the vehicles as they are estimated to be.
             geometry: where the {mi} frames are estimated to be.
             reference: what to track.
-            applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
             sqp_steps: number of SQP steps to take, as in a recorded flight; None: as many as the limits
                 allow.
         """
         guess = self._guess
         if guess is None:
-            guess = hover_plan(initial_states, self._hover_thrust, self._ocp.n_stages)
+            guess = hover_plan(start, self._hover_thrust, self._ocp.n_stages)
             self._prepare(guess, geometry)
         begin = self._clock()
         tolerance = self._config.kkt_tolerance if self._started else self._config.kkt_tolerance_start
@@ -97,7 +95,7 @@ class ModifiedRti:
             try:
                 if steps:
                     self._solver.prepare(steps[-1].plan, geometry)
-                steps.append(self._solver.feedback(initial_states, geometry, reference, applied_thrusts))
+                steps.append(self._solver.feedback(start, geometry, reference))
             except QpError as error:
                 failure = str(error)
             else:
@@ -145,7 +143,7 @@ class ModifiedRti:
         def predict(states: Array, thrusts: Array) -> tuple[Array, ...]:
             return self._predict(states, thrusts, *disturbances)
 
-        shifted = shift(plan, predict, self._ocp.period / self._ocp.stage)
+        shifted = shift(plan, predict, self._ocp)
         transformed, next_geometry = transform(shifted, geometry, self._ocp.pairs)
         self._following = transformed, next_geometry
         if self._started:

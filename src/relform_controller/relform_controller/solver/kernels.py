@@ -27,9 +27,10 @@ class Kernels:
         ]
         loaded = compiled(functions)
         self.predict = loaded["predict"]
-        """(state, thrusts, disturbance if there is one) -> (state one control period later,), per vehicle."""
+        """(state, mean thrusts, disturbance if there is one) -> (state one control period later,), per
+        vehicle."""
         self.vehicle_stage = loaded["vehicle_stage"]
-        """(state, thrusts, disturbance if there is one) -> next state, A (12, 12), B (12, 4), net
+        """(state, mean thrusts, disturbance if there is one) -> next state, A (12, 12), B (12, 4), net
         acceleration in {mi} (3,), its derivatives by rpy (3, 3) and by thrusts (3, 4); per vehicle and stage
         0..N-1."""
         self.of_terms: Mapping[str, CompiledFunction] = loaded

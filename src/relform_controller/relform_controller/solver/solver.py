@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from relform_controller.ocp.problem import HorizonReference, Plan, TeamGeometry
-from relform_core.arrays import Array
+from relform_controller.ocp.problem import HorizonReference, HorizonStart, Plan, TeamGeometry
 from relform_core.controller_config import WeightsConfig
 
 
@@ -42,20 +41,13 @@ class Solver(Protocol):
             QpError: the QP cannot be set up, for instance because the guess is not finite.
         """
 
-    def feedback(
-        self,
-        initial_states: Array,
-        geometry: TeamGeometry,
-        reference: HorizonReference,
-        applied_thrusts: Array,
-    ) -> SqpStep:
+    def feedback(self, start: HorizonStart, geometry: TeamGeometry, reference: HorizonReference) -> SqpStep:
         """Solve the prepared problem for one estimate.
 
         Args:
-            initial_states: state of each vehicle in its own {mi}, shape (vehicle, N_STATE).
+            start: the vehicles as they are estimated to be.
             geometry: where the {mi} frames are estimated to be.
             reference: what to track.
-            applied_thrusts: inputs of the interval before the horizon [N], shape (vehicle, N_INPUT).
         Raises:
             QpError: the QP was not solved.
             RuntimeError: nothing was prepared.

@@ -10,42 +10,55 @@ import numpy as np
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
-from relform_controller.ocp.problem import Disturbances, Plan, TeamGeometry
+from relform_controller.ocp.problem import Disturbances, HorizonStart, Ocp, Plan, TeamGeometry
 from relform_controller.ocp.terms.term import CompiledFunction
 from relform_core.arrays import Array
 
 
-def hover_plan(initial_states: Array, hover_thrust: float, n_stages: int) -> Plan:
+def hover_plan(start: HorizonStart, hover_thrust: float, n_stages: int) -> Plan:
     """The first guess of a flight: a hover at the given states.
 
     Args:
-        initial_states: shape (vehicle, N_STATE).
+        start: how the vehicles are.
         hover_thrust: thrust of each rotor [N].
         n_stages: length N of the horizon.
     """
-    n_vehicles = len(initial_states)
-    states = np.repeat(initial_states[:, None], n_stages + 1, axis=1)
-    return Plan(states, np.full((n_vehicles, n_stages, layout.N_INPUT), hover_thrust))
+    states = np.repeat(start.states[:, None], n_stages + 1, axis=1)
+    thrusts = np.full((len(states), n_stages, layout.N_INPUT), hover_thrust)
+    return Plan(states, thrusts, start.rotor_thrusts)
 
 
-def shift(plan: Plan, predict: CompiledFunction, share: float = 1.0) -> Plan:
+def shift(plan: Plan, predict: CompiledFunction, ocp: Ocp) -> Plan:
     """The plan one control period later; the last input is held.
+
+    If a stage is longer than a period, each new stage covers the end of one old stage and the begin of the
+    next, and its input is their mean over time.
 
     Args:
         plan: at stages 0..N.
-        predict: (state, thrusts) -> (state one control period later,), of all vehicles.
-        share: control period as a part of a stage, in (0, 1]. If it is less than 1, each new stage covers the
-            end of one old stage and the begin of the next, and its input is their mean over time.
+        predict: (state, mean thrusts) -> (state one control period later,), of all vehicles.
+        ocp: the problem that it solves.
     """
+    lag, share = ocp.rotor_lag, ocp.period / ocp.stage
     following_thrusts = np.concatenate([plan.thrusts[:, 1:], plan.thrusts[:, -1:]], axis=1)
+    rotor_thrusts = [plan.rotor_thrusts]
+    for stage in range(ocp.n_stages):
+        rotor_thrusts.append(lag.after(rotor_thrusts[-1], plan.thrusts[:, stage], ocp.stage))
+    following_rotor_thrusts = lag.after(plan.rotor_thrusts, plan.thrusts[:, 0], ocp.period)
+
+    def period_later(stage: int) -> Array:
+        commands = plan.thrusts[:, min(stage, ocp.n_stages - 1)]
+        (following,) = predict(plan.states[:, stage], lag.mean(rotor_thrusts[stage], commands, ocp.period))
+        return following
+
     if share == 1.0:
-        (following,) = predict(plan.states[:, -1], plan.thrusts[:, -1])
-        return Plan(np.concatenate([plan.states[:, 1:], following[:, None]], axis=1), following_thrusts)
-    applied = np.concatenate([plan.thrusts, plan.thrusts[:, -1:]], axis=1)
+        states = np.concatenate([plan.states[:, 1:], period_later(ocp.n_stages)[:, None]], axis=1)
+        return Plan(states, following_thrusts, following_rotor_thrusts)
     states = np.empty_like(plan.states)
     for stage in range(states.shape[1]):
-        (states[:, stage],) = predict(plan.states[:, stage], applied[:, stage])
-    return Plan(states, plan.thrusts + share * (following_thrusts - plan.thrusts))
+        states[:, stage] = period_later(stage)
+    thrusts = plan.thrusts + share * (following_thrusts - plan.thrusts)
+    return Plan(states, thrusts, following_rotor_thrusts)
 
 
 def transform(
@@ -77,7 +90,7 @@ def transform(
         yaw_NI=geometry.yaw_NI + float(yaw[0]),
         disturbances=_turned(geometry.disturbances, R_JI),
     )
-    return Plan(states, plan.thrusts), next_geometry
+    return Plan(states, plan.thrusts, plan.rotor_thrusts), next_geometry
 
 
 def _turned(disturbances: Disturbances | None, R_JI: Sequence[Array]) -> Disturbances | None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
-from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
+from relform_controller.ocp.terms.term import ByMeanThrusts, ByStates, Derivatives, Expansion, Instance
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
@@ -30,12 +30,12 @@ class Acceleration:
         """See ``Term``."""
         return np.full((1, 1, 1), weights.acceleration)
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         """See ``Term``."""
         acceleration = expansion.acceleration
         return (
             ByStates(self._vehicles, layout.RPY, acceleration.by_rpy),
-            ByInputs(self._vehicles, acceleration.by_thrusts),
+            ByMeanThrusts(self._vehicles, acceleration.by_thrusts),
         )
 
     def residual(self, expansion: Expansion, instance: Instance) -> Array:
@@ -43,4 +43,7 @@ class Acceleration:
         rpy_deviation = instance.state_deviation[:, :-1, layout.RPY]
         tilted = np.einsum("vkij,vkj->vki", expansion.acceleration.by_rpy, rpy_deviation)
         residual: Array = expansion.acceleration.value + tilted
+        if instance.mean_thrust_deviation is not None:
+            by_thrusts = expansion.acceleration.by_thrusts
+            residual += np.einsum("vkij,vkj->vki", by_thrusts, instance.mean_thrust_deviation)
         return residual

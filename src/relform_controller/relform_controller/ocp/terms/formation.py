@@ -1,7 +1,5 @@
 """The formation: position of each target relative to its observer (eqs. CostFunc1 and CostFunc2)."""
 
-from collections.abc import Sequence
-
 import casadi as ca
 import numpy as np
 
@@ -10,7 +8,7 @@ from relform_controller.ocp.model import rotation_z
 from relform_controller.ocp.problem import Ocp, TeamGeometry
 from relform_controller.ocp.scaling import formation_scale
 from relform_controller.ocp.terms.stages import with_terminal_scale
-from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
+from relform_controller.ocp.terms.term import ByStates, Derivatives, Expansion, Instance
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
@@ -40,7 +38,7 @@ class Formation:
         by_stage = with_terminal_scale(weights.formation, weights, self._n_stages)
         return self._shares[:, None, None] * by_stage[:, None]
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         """See ``Term``."""
         _, by_observer, by_target = self._evaluate(expansion, expansion.geometry)
         return (

@@ -9,7 +9,7 @@ from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.stages import with_terminal_scale
-from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
+from relform_controller.ocp.terms.term import ByStates, Derivatives, Expansion, Instance
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
@@ -32,7 +32,7 @@ class LeaderPosition:
         """See ``Term``."""
         return with_terminal_scale(weights.leader_position, weights, self._n_stages)[None, :, None]
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         """See ``Term``."""
         R_NI = rotation_z(expansion.geometry.yaw_NI)
         by_position = np.broadcast_to(R_NI, (1, self._n_stages, 3, 3))

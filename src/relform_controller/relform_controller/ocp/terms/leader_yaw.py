@@ -8,7 +8,7 @@ import numpy as np
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.stages import with_terminal_scale
-from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
+from relform_controller.ocp.terms.term import ByStates, Derivatives, Expansion, Instance
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
@@ -31,7 +31,7 @@ class LeaderYaw:
         """See ``Term``."""
         return with_terminal_scale(weights.leader_yaw, weights, self._n_stages)[None, :, None]
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         """See ``Term``."""
         return (ByStates(np.array([0]), [layout.YAW], np.ones((1, self._n_stages, 1, 1))),)
 

@@ -54,6 +54,9 @@ class Instance:
     reference: HorizonReference
     applied_thrusts: Array
     """Inputs of the interval before the horizon [N], shape (vehicle, N_INPUT)."""
+    mean_thrust_deviation: Array | None = None
+    """Of the mean thrusts in each stage [N], shape (vehicle, stage 0..N-1, N_INPUT); None: the rotors have no
+    lag, so it is zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +84,22 @@ class ByInputs:
     """Shape (item, stage, row, N_INPUT)."""
     lag: int = 0
     """0: the inputs of the own stage; 1: those of the stage before, which the first stage does not have."""
+
+
+@dataclass(frozen=True, eq=False)
+class ByMeanThrusts:
+    """Derivatives of a residual by the mean thrusts of one vehicle in its own stage.
+
+    Without lag of the rotors these are its inputs; with lag they depend on all inputs up to this stage.
+    """
+
+    vehicles: Integers
+    """The vehicle of each item of the term."""
+    values: Array
+    """Shape (item, stage, row, N_INPUT)."""
+
+
+Derivatives = Sequence[ByStates | ByInputs | ByMeanThrusts]
 
 
 class Term(Protocol):
@@ -117,11 +136,11 @@ class Term(Protocol):
     def weights(self, weights: WeightsConfig) -> Array:
         """The weight of each residual, shape (item, stage, row) or one that broadcasts to it."""
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         """Derivatives around a guess, those by states first; all others are zero."""
 
     def residual(self, expansion: Expansion, instance: Instance) -> Array:
-        """Residuals of an instance: exact in the geometry, to first order in the deviation of the states.
+        """Residuals of an instance: exact in the geometry, to first order in the deviations.
 
         Returns:
             Shape (item, stage, row).

@@ -8,7 +8,7 @@ import numpy as np
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.scaling import thrust_scale
-from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
+from relform_controller.ocp.terms.term import ByInputs, Derivatives, Expansion, Instance
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
@@ -35,7 +35,7 @@ class ThrustRate:
         """See ``Term``."""
         return np.full((1, 1, 1), weights.thrust_rate)
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         """See ``Term``."""
         vehicles = np.arange(self.n_items)
         by_change = np.broadcast_to(self._scale, (self.n_items, self._n_stages, *self._scale.shape))

@@ -8,7 +8,7 @@ import numpy as np
 from relform_controller.ocp.model import torque_by_thrusts
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.scaling import torque_scale
-from relform_controller.ocp.terms.term import ByInputs, ByStates, Expansion, Instance
+from relform_controller.ocp.terms.term import ByInputs, Derivatives, Expansion, Instance
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
@@ -34,7 +34,7 @@ class Torque:
         """See ``Term``."""
         return np.full((1, 1, 1), weights.torque)
 
-    def derivatives(self, expansion: Expansion) -> Sequence[ByStates | ByInputs]:
+    def derivatives(self, expansion: Expansion) -> Derivatives:
         """See ``Term``."""
         shape = (self.n_items, self._n_stages, *self._by_thrusts.shape)
         return (ByInputs(np.arange(self.n_items), np.broadcast_to(self._by_thrusts, shape)),)

@@ -7,7 +7,7 @@ import numpy as np
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
-from relform_controller.ocp.terms.term import ByStates, Expansion, Instance, Term
+from relform_controller.ocp.terms.term import ByMeanThrusts, ByStates, Expansion, Instance, Term
 from relform_controller.solver.dense.condensing import StateMaps
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
@@ -35,6 +35,7 @@ class CondensedCost:
         self._n = ocp.n_vehicles
         self._n_stages = ocp.n_stages
         self._n_own = ocp.n_stages * layout.N_INPUT
+        self._lag = ocp.rotor_lag.over_horizon(ocp.n_stages, ocp.stage)
         self._all: list[_Rows] = []
         end = 0
         for term in sorted(terms, key=lambda term: term.is_own):
@@ -104,7 +105,11 @@ class CondensedCost:
             if isinstance(block, ByStates):
                 state_maps = maps.by_inputs[:, stages, block.components][block.vehicles]
                 rows[items, :, :, block.vehicles] = block.values @ state_maps
+            elif isinstance(block, ByMeanThrusts) and self._lag is not None:
+                of_stages = self._lag.by_commands.reshape(self._n_stages, layout.N_INPUT, self._n_own)
+                rows[items, :, :, block.vehicles] += block.values @ of_stages
             else:
-                later = np.arange(block.lag, self._n_stages)
-                place = (items[:, None], later, slice(None), block.vehicles[:, None], later - block.lag)
+                lag = 0 if isinstance(block, ByMeanThrusts) else block.lag
+                later = np.arange(lag, self._n_stages)
+                place = (items[:, None], later, slice(None), block.vehicles[:, None], later - lag)
                 rows_by_stage[place] += block.values[:, later]

@@ -1,8 +1,9 @@
 """One SQP step of Algorithm MRTI by the dense solver.
 
-`prepare` linearises around a guess, condenses and factorises. `feedback` embeds the measured states as
-deviations from the guess, re-evaluates the residuals in the measured geometry, solves the quadratic program
-with bounds on the inputs, and expands. The derivatives by the inputs stay those of the preparation.
+`prepare` linearises around a guess, condenses and factorises. `feedback` embeds the measured states and
+rotor thrusts as deviations from the guess, re-evaluates the residuals in the measured geometry, solves the
+quadratic program with bounds on the inputs, and expands. The derivatives by the inputs stay those of the
+preparation.
 """
 
 from collections.abc import Sequence
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relform_controller.ocp.problem import HorizonReference, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, TeamGeometry
 from relform_controller.ocp.terms.term import Expansion, Instance, NetAcceleration, Term
 from relform_controller.solver.dense.box_qp import BoxQp
 from relform_controller.solver.dense.condensing import StateMaps, condense
@@ -41,6 +42,7 @@ class RealTimeIteration:
     def __init__(self, ocp: Ocp, terms: Sequence[Term], kernels: Kernels) -> None:
         self._ocp = ocp
         self._kernels = kernels
+        self._lag = ocp.rotor_lag.over_horizon(ocp.n_stages, ocp.stage)
         self._cost = CondensedCost(ocp, terms)
         self._prepared: _PreparedQp | None = None
 
@@ -61,19 +63,23 @@ class RealTimeIteration:
 
     def feedback(
         self,
-        initial_states: Array,
+        start: HorizonStart,
         geometry: TeamGeometry,
         reference: HorizonReference,
-        applied_thrusts: Array,
     ) -> SqpStep:
         """See ``Solver``."""
         prepared = self._prepared
         if prepared is None:
             raise RuntimeError("feedback() needs a prepare() that succeeded before it")
         guess, jacobian, weights = prepared.expansion.guess, prepared.jacobian, self._cost.weights
-        deviation = prepared.maps.free_response(initial_states - guess.states[:, 0])
+        rotor_deviation = start.rotor_thrusts - guess.rotor_thrusts
+        deviation = prepared.maps.free_response(start.states - guess.states[:, 0], rotor_deviation)
+        mean_thrust_deviation = None
+        if self._lag is not None:
+            mean_thrust_deviation = self._lag.mean_thrusts(np.zeros_like(guess.thrusts), rotor_deviation)
         residual = self._cost.residual(
-            prepared.expansion, Instance(deviation, geometry, reference, applied_thrusts)
+            prepared.expansion,
+            Instance(deviation, geometry, reference, start.applied_thrusts, mean_thrust_deviation),
         )
         gradient = 2.0 * (jacobian.T @ (weights * residual))
         solution = prepared.qp.solve(gradient)
@@ -83,7 +89,11 @@ class RealTimeIteration:
         thrusts = guess.thrusts + step.reshape(guess.thrusts.shape)
         residual = residual + jacobian @ step
         return SqpStep(
-            plan=Plan(guess.states + deviation, np.clip(thrusts, self._ocp.thrust_min, self._ocp.thrust_max)),
+            plan=Plan(
+                guess.states + deviation,
+                np.clip(thrusts, self._ocp.thrust_min, self._ocp.thrust_max),
+                start.rotor_thrusts,
+            ),
             kkt=float(abs(gradient @ step) + np.abs(solution.multipliers * step).sum()),
             objective=float(weights @ residual**2),
             qp_iterations=solution.iterations,
@@ -94,13 +104,17 @@ class RealTimeIteration:
 def expand(ocp: Ocp, kernels: Kernels, guess: Plan, geometry: TeamGeometry) -> tuple[Expansion, StateMaps]:
     """The model along a guess, linearised for the terms and condensed."""
     stages = (ocp.n_vehicles, ocp.n_stages)
+    lag = ocp.rotor_lag.over_horizon(ocp.n_stages, ocp.stage)
+    mean_thrusts = guess.thrusts if lag is None else lag.mean_thrusts(guess.thrusts, guess.rotor_thrusts)
     disturbances: tuple[Array, ...] = ()
     if geometry.disturbances is not None:
         disturbances = (np.repeat(geometry.disturbances.inputs[:, None], ocp.n_stages, axis=1),)
     following, A, B, *acceleration = (
         output.reshape(*stages, *output.shape[1:])
-        for output in kernels.vehicle_stage(guess.states[:, :-1], guess.thrusts, *disturbances)
+        for output in kernels.vehicle_stage(guess.states[:, :-1], mean_thrusts, *disturbances)
     )
     maps = condense(A, B, following - guess.states[:, 1:])
+    if lag is not None:
+        maps = maps.through(lag)
     net_acceleration = NetAcceleration(*(part.copy() for part in acceleration))
     return Expansion(guess, geometry, net_acceleration, kernels.of_terms), maps
