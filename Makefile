@@ -25,6 +25,10 @@ test: setup ## run all tests (some: ARGS="tests/unit -k yaw")
 paper: setup ## fly the paper's evaluation into runs/paper-evaluation; continues after a stop (ARGS="--jobs 1")
 	@$(PYTHON_IN_VENV) scripts/paper.py $(ARGS)
 
+.PHONY: accuracy
+accuracy: setup ## fly the accuracy table into runs/accuracy, raw beside team; continues after a stop (ARGS="--seeds 10")
+	@$(PYTHON_IN_VENV) scripts/accuracy.py $(ARGS)
+
 .PHONY: bench
 bench: setup ## measure the speed of the solver and of flights without ROS
 	@$(PYTHON_IN_VENV) scripts/bench.py $(ARGS)

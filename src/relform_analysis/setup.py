@@ -19,6 +19,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
+            "accuracy = relform_analysis.accuracy.command:main",
             "bench = relform_analysis.bench:main",
             "paper = relform_analysis.evaluation.command:main",
             "replay = relform_analysis.replay.command:main",

@@ -14,8 +14,16 @@ from relform_analysis.flight.summary import Ending, Json, build_summary
 from relform_analysis.report.flight_source import ending_from_log
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand
-from relform_core.names import SolverState
-from relform_core.telemetry import Decision, PairEstimate, SolverReport, TeamReference, TeamState
+from relform_core.names import EstimatorMode, SolverState
+from relform_core.telemetry import (
+    Decision,
+    EstimatorReport,
+    LeaderEstimate,
+    PairEstimate,
+    SolverReport,
+    TeamReference,
+    TeamState,
+)
 
 PERIOD_NS = 50_000_000
 
@@ -28,6 +36,8 @@ FORMATION = {
     ("follower_2", "follower_1"): (0.0, -1.0, 0.0),
 }
 """The paper's first formation, by (observer, target) [m]."""
+COVARIANCE = np.diag([0.01, 0.02, 0.03, 0.05]) ** 2
+"""Of the estimate of each pair; the leader's is four times as large."""
 
 
 def odometry(
@@ -77,6 +87,7 @@ def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Decision:
             yaw_I1I2=0.25,
             yaw_variance=0.04,
             yaw_held=False,
+            covariance=COVARIANCE,
         )
         for (observer, target), position in FORMATION.items()
     )
@@ -93,7 +104,16 @@ def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Decision:
             for vehicle in ("leader", "follower_1", "follower_2")
         },
         solver=replace(solver, **_of(solver, changes)),
-        state=TeamState(phase, pairs, leader_position_error=0.1, leader_yaw_error=-0.2),
+        state=TeamState(
+            phase,
+            pairs,
+            leader_position_error=0.1,
+            leader_yaw_error=-0.2,
+            leader=LeaderEstimate(np.array([1.02, 2.0, 2.97]), 1.48, 4.0 * COVARIANCE),
+            estimator=EstimatorReport(
+                EstimatorMode.PREDICTED, "no sonar", nis=15.5, nis_dof=18, rejected=("a", "b")
+            ),
+        ),
         reference=replace(reference, **_of(reference, changes)),
     )
 

@@ -12,11 +12,11 @@ from relform_core.atomic_file import written_atomically
 from relform_core.errors import RelformError
 from relform_core.load import LoadedScenario
 
-_SOLVER = "solver."
-"""Prefix of the names of the solver's numbers."""
+_TABLES = ("solver", "estimator")
+"""Fields of a log that hold arrays by name; an archive has each of these arrays under ``field.name``."""
 _ENTRIES = ("faults", "changes")
 """Fields of a log that hold entries in words."""
-_OTHERS = {"scenario", "phase", "solver", *_ENTRIES}
+_OTHERS = {"scenario", "phase", *_TABLES, *_ENTRIES}
 """Fields of a log that are not arrays."""
 
 
@@ -29,7 +29,8 @@ def write_log(path: Path, log: FlightLog) -> None:
     arrays: dict[str, Any] = {
         field.name: _compact(getattr(log, field.name)) for field in fields(log) if field.name not in _OTHERS
     }
-    arrays |= {f"{_SOLVER}{name}": _compact(values) for name, values in log.solver.items()}
+    for table in _TABLES:
+        arrays |= {f"{table}.{name}": _compact(values) for name, values in getattr(log, table).items()}
     arrays["phase"] = np.array(log.phase, dtype=np.str_)
     for name in _ENTRIES:
         entries = [(str(entry.stamp_ns), entry.source, entry.description) for entry in getattr(log, name)]
@@ -57,13 +58,15 @@ def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
             )
             for name in _ENTRIES
         }
-        solver = {
-            name.removeprefix(_SOLVER): arrays.pop(name) for name in list(arrays) if name.startswith(_SOLVER)
-        }
+        tables: dict[str, dict[str, Any]] = {table: {} for table in _TABLES}
+        for name in [name for name in arrays if "." in name]:
+            table, _, column = name.partition(".")
+            tables[table][column] = arrays.pop(name)
         return FlightLog(
             scenario=scenario,
             phase=tuple(phase.tolist()),
-            solver=solver,
+            solver=tables["solver"],
+            estimator=tables["estimator"],
             faults=entries["faults"],
             changes=entries["changes"],
             **arrays,

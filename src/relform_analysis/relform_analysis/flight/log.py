@@ -26,6 +26,9 @@ SOLVER_FIELDS = (
 )
 """Numbers of relform_msgs/SolverStatus that are logged beside its status; times in seconds."""
 
+ESTIMATOR_FIELDS = ("mode", "nis", "nis_dof", "rejected")
+"""What is logged of the estimator in relform_msgs/FormationState; of ``rejected`` the number."""
+
 
 @dataclass(frozen=True)
 class LogEntry:
@@ -70,10 +73,20 @@ class FlightLog:
     """Its estimate of the yaw of j relative to i [rad], shape (K, n, n)."""
     yaw_variance: Array
     """Of that estimate [rad^2], shape (K, n, n)."""
+    pair_covariance: Array
+    """Of ``p_BB_C__est`` and ``yaw_BB__est`` [m, rad], shape (K, n, n, 4, 4)."""
+    leader_p_NB_N__est: Array
+    """The controller's estimate in {n} [m], shape (K, 3)."""
+    leader_yaw__est: Array
+    """Its estimate [rad], shape (K,)."""
+    leader_covariance: Array
+    """Of these two [m, rad], shape (K, 4, 4)."""
     rotor_speeds: Array
     """Commanded in this step, rotors front, left, back, right [rad/s], shape (K, n, 4)."""
     solver: Mapping[str, Array]
     """``status`` (a constant of relform_msgs/SolverStatus) and each of ``SOLVER_FIELDS``, shape (K,)."""
+    estimator: Mapping[str, Array]
+    """Each of ``ESTIMATOR_FIELDS``, shape (K,)."""
     faults: tuple[LogEntry, ...]
     """Why the flight could not continue."""
     changes: tuple[LogEntry, ...] = ()

@@ -5,7 +5,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from relform_analysis.flight.log import ROTORS, SOLVER_FIELDS, FlightLog, LogEntry
+from relform_analysis.flight.log import (
+    ESTIMATOR_FIELDS,
+    ROTORS,
+    SOLVER_FIELDS,
+    FlightLog,
+    LogEntry,
+)
 from relform_analysis.flight.stamped_rows import StampedRows
 from relform_core.arrays import Array
 from relform_core.load import LoadedScenario
@@ -26,6 +32,7 @@ from relform_core.telemetry import (
 
 GROUND_TRUTH_COLUMNS = (("p_NB_N", (3,)), ("q_NB", (4,)), ("v_NB_B", (3,)), ("w_NB_B", (3,)))
 SOLVER_COLUMNS = ("status", *SOLVER_FIELDS)
+LEADER_COLUMNS = (("leader_p_NB_N__est", (3,)), ("leader_yaw__est", ()), ("leader_covariance", (4, 4)))
 
 
 def _step_columns(n: int) -> list[tuple[str, tuple[int, ...]]]:
@@ -38,8 +45,10 @@ def _step_columns(n: int) -> list[tuple[str, tuple[int, ...]]]:
         ("p_BB_C__est", (n, n, 3)),
         ("yaw_BB__est", (n, n)),
         ("yaw_variance", (n, n)),
+        ("pair_covariance", (n, n, 4, 4)),
+        *LEADER_COLUMNS,
         ("rotor_speeds", (n, ROTORS)),
-        *((name, ()) for name in SOLVER_COLUMNS),
+        *((name, ()) for name in (*SOLVER_COLUMNS, *ESTIMATOR_FIELDS)),
     ]
 
 
@@ -90,6 +99,16 @@ class FlightLogBuilder:
             row["p_BB_C__est"][index] = pair.p_B1B2_C1__est
             row["yaw_BB__est"][index] = pair.yaw_I1I2
             row["yaw_variance"][index] = pair.yaw_variance
+            if pair.covariance is not None:
+                row["pair_covariance"][index] = pair.covariance
+        if (leader := state.value.leader) is not None:
+            row["leader_p_NB_N__est"] = leader.p_NB_N
+            row["leader_yaw__est"] = leader.yaw_NB
+            if leader.covariance is not None:
+                row["leader_covariance"] = leader.covariance
+        if (estimator := state.value.estimator) is not None:
+            row["mode"], row["rejected"] = estimator.mode, len(estimator.rejected)
+            row["nis"], row["nis_dof"] = estimator.nis, estimator.nis_dof
 
     def add_solver(self, report: PerStep[SolverReport]) -> None:
         """Take what the solver did."""
@@ -162,8 +181,11 @@ class FlightLogBuilder:
             p_BB_C__est=logged("p_BB_C__est"),
             yaw_BB__est=logged("yaw_BB__est"),
             yaw_variance=logged("yaw_variance"),
+            pair_covariance=logged("pair_covariance"),
+            **{name: logged(name) for name, _ in LEADER_COLUMNS},
             rotor_speeds=logged("rotor_speeds"),
             solver={name: logged(name) for name in SOLVER_COLUMNS},
+            estimator={name: logged(name) for name in ESTIMATOR_FIELDS},
             faults=tuple(self._faults),
             changes=tuple(self._changes),
         )

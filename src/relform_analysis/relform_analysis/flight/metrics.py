@@ -11,7 +11,14 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from relform_analysis.flight.estimation_errors import Consistency
 from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.special_metrics import (
+    EventMetrics,
+    StartMetrics,
+    event_metrics,
+    start_metrics,
+)
 from relform_analysis.flight.tracking_errors import (
     follower_yaw_errors,
     formation_errors,
@@ -133,6 +140,9 @@ class FlightMetrics:
     view_margin_min: float
     """Smallest angle by which a vehicle was inside the field of view of another at any instant [rad]."""
     solver: SolverMetrics
+    start: StartMetrics
+    event: EventMetrics
+    consistency: Consistency
 
 
 def flight_metrics(log: FlightLog) -> FlightMetrics:
@@ -141,7 +151,7 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
     errors = formation_errors(log, pairs)
     position_errors, yaw_errors = leader_errors(log)
     follower_yaw = follower_yaw_errors(log)
-    steady = steady_steps(log)
+    steady, tilted = steady_steps(log), tilts(log.q_NB)
 
     def score(steps: Mask) -> Score:
         return Score(
@@ -172,9 +182,12 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
         phases=tuple(score_phase(phase) for phase in log.scenario.config.phases),
         rotors=_rotor_metrics(log),
         separation_min=separation_min(log.p_NB_N),
-        tilt_max=_over(tilts(log.q_NB), np.max),
+        tilt_max=_over(tilted, np.max),
         view_margin_min=_least(view_margins(log)),
         solver=_solver_metrics(log),
+        start=start_metrics(log, errors, tilted),
+        event=event_metrics(log, errors, position_errors, steady),
+        consistency=Consistency.of(log, pairs, steady),
     )
 
 

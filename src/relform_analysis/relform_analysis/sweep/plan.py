@@ -24,12 +24,16 @@ class Variant(Schema):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
     title: Label
+    scenario: str | None = None
+    """Path or plain name of another scenario; None: that of the sweep."""
     set: tuple[str, ...]
     """Overrides ``some.key=value``, as on the command line."""
 
     def relative_to(self, folder: Path) -> "Variant":
-        """The same with the paths of whole sections taken from a folder."""
-        return self.model_copy(update={"set": tuple(_from_folder(override, folder) for override in self.set)})
+        """The same with the paths of scenarios and whole sections taken from a folder."""
+        scenario = None if self.scenario is None else _path_from_folder(self.scenario, folder)
+        changes = tuple(_from_folder(override, folder) for override in self.set)
+        return self.model_copy(update={"scenario": scenario, "set": changes})
 
 
 class VariantFile(Schema):
@@ -108,7 +112,7 @@ def plan_runs(
         try:
             if any(change.partition("=")[0].strip() == "seed" for change in changes):
                 raise ConfigError("--set seed: a sweep flies many; --seed is the first of them")
-            loaded[variant.name] = load_scenario(scenario, changes, seeds[0]), changes
+            loaded[variant.name] = load_scenario(variant.scenario or scenario, changes, seeds[0]), changes
         except ConfigError as error:
             raise ConfigError(f"variant '{variant.name}': {error}") from None
     # Seed by seed, so that an unfinished sweep has about as many runs of every variant.
@@ -121,6 +125,10 @@ def plan_runs(
 
 def _from_folder(override: str, folder: Path) -> str:
     key, separator, value = override.partition("=")
-    if key.strip() not in SECTIONS_IN_FILES or value.strip().startswith("{") or is_plain_name(value.strip()):
+    if key.strip() not in SECTIONS_IN_FILES or value.strip().startswith("{"):
         return override
-    return f"{key}{separator}{os.path.normpath(folder / value.strip())}"
+    return f"{key}{separator}{_path_from_folder(value.strip(), folder)}"
+
+
+def _path_from_folder(reference: str, folder: Path) -> str:
+    return reference if is_plain_name(reference) else os.path.normpath(folder / reference)

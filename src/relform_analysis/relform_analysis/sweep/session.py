@@ -49,11 +49,13 @@ def executor_for(jobs: int, scheduler: str | None) -> Iterator[Executor]:
         yield client.get_executor(pure=False)
 
 
-def fly_shown(runs: Sequence[Run], folder: SweepFolder, executor: Executor, console: Console) -> list[Json]:
+def fly_shown(
+    runs: Sequence[Run], folder: SweepFolder, executor: Executor, console: Console, title: str = "flying"
+) -> list[Json]:
     """Fly the runs that are not stored yet, with a progress bar; the rows of all runs, in their order."""
     rows, missing = resume(runs, folder)
     with _progress(console) as progress:
-        task = progress.add_task("flying", total=len(runs), completed=len(rows), lost=_lost(rows))
+        task = progress.add_task(title, total=len(runs), completed=len(rows), lost=_lost(rows))
         for row in fly_all(missing, folder, executor):
             rows.append(row)
             progress.update(task, completed=len(rows), lost=_lost(rows))

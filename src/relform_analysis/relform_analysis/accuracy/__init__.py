@@ -1,0 +1,1 @@
+"""How accurate the team estimator is beside raw feedback, case by case, and its targets."""
