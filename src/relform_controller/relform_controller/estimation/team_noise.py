@@ -72,7 +72,7 @@ def per_state(
 
 
 START = per_state(
-    position=1.0, velocity=0.01, tilt=0.1, yaw=1.0, rate=0.02, disturbance=1e-3, thrust_scale=0.012
+    position=10.0, velocity=0.01, tilt=0.1, yaw=3.0, rate=0.02, disturbance=1e-3, thrust_scale=0.012
 )
 """Of the first belief, before any measurement; the vehicles are level and at rest. Poses are known by
 measurements alone: these are large beside their errors."""
