@@ -353,6 +353,27 @@ def test_lines_are_drawn_to_scale(page: Page, log: FlightLog) -> None:
     np.testing.assert_allclose(values, log.solver["kkt"], rtol=0.02)
 
 
+def test_bands_are_drawn_to_scale(page: Page) -> None:
+    """Two standard deviations of 10, 20 and 30 mm, from the pixels of the bands back to the numbers."""
+    name = "Estimate − truth: leader → follower_1, 2σ"
+    plot = page.locator(".plot", has=page.get_by_role("heading", name=name))
+    marks = plot.locator("text.tick[text-anchor=end][x='40']").all()
+    known = [(float(mark.text_content() or 0), float(mark.get_attribute("y") or 0) - 3.5) for mark in marks]
+    (low, y_low), *_, (high, y_high) = known
+    bands = plot.locator("path.band")
+    assert bands.count() == 3
+    for index, expected in enumerate((20.0, 40.0, 60.0)):
+        points = np.array(
+            re.findall(r"[ML](\S+?) (\S+?)(?=[MLZ])", bands.nth(index).get_attribute("d") or "")
+        )
+        values = low + (points[:, 1].astype(float) - y_low) * (high - low) / (y_high - y_low)
+        half = len(PHASES)
+        np.testing.assert_allclose(values[:half], expected, atol=0.1)
+        np.testing.assert_allclose(values[half:], -expected, atol=0.1)
+    plot.locator(".legend button").nth(1).click()
+    assert bands.count() == 2
+
+
 def test_views_can_be_exchanged_and_turned(page: Page) -> None:
     far = seats(page)
     page.keyboard.press("f")

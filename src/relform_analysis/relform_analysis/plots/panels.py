@@ -30,6 +30,8 @@ class Line:
     """``pair-0`` to ``pair-6``, ``vehicle-0``, ``rotor-0`` to ``rotor-3``, ``series-0`` or ``series-1``."""
     values: Array
     """Shape (K,)."""
+    band: Array | None = None
+    """Half of the height of a band around zero, in which the values should lie, shape (K,)."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def pair_label(observer: str, target: str) -> str:
 
 
 def flight_panels(log: FlightLog) -> dict[str, list[Panel]]:
-    """All plots, from the formation to the solver, by the name of the figure that they make."""
+    """All plots of the paper, from the formation to the solver, by the name of the figure that they make."""
     return {
         "formation_errors": _formation(log),
         "tracking_errors": _tracking(log),

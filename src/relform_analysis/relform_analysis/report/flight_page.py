@@ -7,6 +7,7 @@ from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, FORMATION_S
 from relform_analysis.flight.phases import flown_phases, step_times
 from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
+from relform_analysis.plots.estimation_panels import estimation_panels
 from relform_analysis.plots.panels import Panel, flight_panels, pair_label
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
 from relform_analysis.report.flight_source import unrecorded_topics
@@ -106,8 +107,15 @@ def flight_data(log: FlightLog) -> Json:
         "reference": pack(log.leader_p_NB_N__ref),
         "formation": pack(log.p_BB_C__ref[:, log.leader]),
         "error": pack(formation_errors(log, pairs)),
-        "panels": [_panel(panel) for panels in flight_panels(log).values() for panel in panels],
+        "panels": [_panel(panel) for panel in _panels(log)],
     }
+
+
+def _panels(log: FlightLog) -> list[Panel]:
+    """Errors, then the estimator, then rotors and solver."""
+    figures = flight_panels(log)
+    errors = [*figures.pop("formation_errors"), *figures.pop("tracking_errors")]
+    return [*errors, *estimation_panels(log), *(panel for panels in figures.values() for panel in panels)]
 
 
 def _panel(panel: Panel) -> Json:
@@ -119,7 +127,13 @@ def _panel(panel: Panel) -> Json:
         "steps": panel.steps,
         "guides": [{"label": guide.label, "values": guide.values} for guide in panel.guides],
         "lines": [
-            {"name": line.name, "colour": line.colour, "values": pack(line.values)} for line in panel.lines
+            {
+                "name": line.name,
+                "colour": line.colour,
+                "values": pack(line.values),
+                "band": None if line.band is None else pack(line.band),
+            }
+            for line in panel.lines
         ],
     }
 

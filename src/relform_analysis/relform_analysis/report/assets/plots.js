@@ -53,8 +53,8 @@ class Plot {
     const title = make(caption, "h3", {}, data.title);
     if (data.unit) make(title, "small", {}, ` ${data.unit}`);
     const legend = make(caption, "div", { class: "legend" });
-    this.lines = data.lines.map(({ name, colour, values }) => {
-      const line = { name, colour, values: unpack(values), shown: true };
+    this.lines = data.lines.map(({ name, colour, values, band }) => {
+      const line = { name, colour, values: unpack(values), band: band && unpack(band), shown: true };
       const button = make(legend, "button", { type: "button", "aria-pressed": "true", title: `Show or hide ${name}` });
       make(button, "i", { style: `background: var(--${colour})` });
       if (data.lines.length > 1) make(button, "span", {}, name);
@@ -103,8 +103,12 @@ class Plot {
       low = Math.min(low, value);
       high = Math.max(high, value);
     };
-    for (const { values, shown } of this.lines) {
-      if (shown) for (let step = first; step <= last; step++) take(values[step]);
+    for (const { values, band, shown } of this.lines) {
+      if (!shown) continue;
+      for (let step = first; step <= last; step++) {
+        take(values[step]);
+        if (band) [band[step], -band[step]].forEach(take);
+      }
     }
     if (low > high) [low, high] = log ? [0.1, 10] : [0, 1];
     const reach = high;
@@ -112,7 +116,7 @@ class Plot {
     if (log) {
       this.range = [low / 1.3, high * 1.3];
     } else {
-      this.range = [Math.min(low, 0), high > 0 ? 1.06 * high : 1];
+      this.range = [low < 0 ? 1.06 * low : 0, high > 0 ? 1.06 * high : 1];
     }
   }
 
@@ -136,7 +140,7 @@ class Plot {
       if (x1 - x0 > 12) make(svg, "text", { class: "phase-name", x: (x0 + x1) / 2, y: TOP - 6, "text-anchor": "middle" }, phase.name);
     });
 
-    const ticks = data.log ? logTicks(...this.range, 4) : linearTicks(...this.range, 3);
+    const ticks = data.log ? logTicks(...this.range, 4) : linearTicks(...this.range, this.range[0] < 0 ? 5 : 3);
     for (const tick of ticks) {
       const y = this.y(tick);
       make(svg, "line", { class: "grid", x1: LEFT, x2: width - RIGHT, y1: y, y2: y });
@@ -156,6 +160,9 @@ class Plot {
       const y = this.y(value);
       make(inside, "line", { class: "guide", x1: LEFT, x2: width - RIGHT, y1: y, y2: y });
     }
+    for (const { band, colour, shown } of this.lines) {
+      if (shown && band) make(inside, "path", { class: "band", d: this.bandPath(band, first, last), style: `fill: var(--${colour}); stroke: var(--${colour})` });
+    }
     for (const line of this.lines) {
       if (line.shown) make(inside, "path", { class: this.lines.length > 3 ? "line dense" : "line", d: this.path(line.values, first, last), style: `stroke: var(--${line.colour})` });
     }
@@ -174,6 +181,21 @@ class Plot {
       parts.push(`${pen}${x} ${y}`);
       if (this.data.steps) parts.push(`H${this.x(index + 1 < step.length ? step[index + 1] : this.plots.playback.end).toFixed(1)}`);
       pen = "L";
+    }
+    return parts.join("");
+  }
+
+  /** The area between minus and plus a half-height, step by step; gaps where it is unknown. */
+  bandPath(band, first, last) {
+    const { step } = this.plots.flight, parts = [];
+    for (let begin = first; begin <= last; begin++) {
+      if (!Number.isFinite(band[begin])) continue;
+      let end = begin;
+      while (end < last && Number.isFinite(band[end + 1])) end++;
+      const steps = Array.from({ length: end - begin + 1 }, (_, index) => begin + index);
+      const at = (index, sign) => `${this.x(step[index]).toFixed(1)} ${this.y(sign * band[index]).toFixed(1)}`;
+      parts.push(`M${[...steps.map((index) => at(index, 1)), ...steps.reverse().map((index) => at(index, -1))].join("L")}Z`);
+      begin = end;
     }
     return parts.join("");
   }

@@ -1,0 +1,96 @@
+"""The plots over time of what the estimator did: its errors beside what it thinks of them."""
+
+import numpy as np
+
+from relform_analysis.flight.estimation_errors import (
+    EstimationErrors,
+    leader_estimation_errors,
+    nis_bounds,
+    pair_estimation_errors,
+)
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.tracking_errors import scored_pairs
+from relform_analysis.plots.panels import COLOURS, Guide, Line, Panel, pair_label
+from relform_core.arrays import Array
+from relform_core.names import EstimatorMode
+
+AXES = ("x", "y", "z")
+SIGMAS = 2.0
+MODES = ", ".join(f"{mode.value} {mode.name.lower()}" for mode in EstimatorMode)
+
+
+def estimation_panels(log: FlightLog) -> list[Panel]:
+    """Errors of pairs and leader with bands of two standard deviations, NIS, and rejected measurements.
+
+    Empty for a flight of an older version, which has no estimate of the leader.
+    """
+    if not np.isfinite(log.estimator["mode"]).any():
+        return []
+    pairs = scored_pairs(log.scenario.config.team)
+    between, leader = pair_estimation_errors(log, pairs), leader_estimation_errors(log)
+    names = [pair_label(*pair) for pair in pairs]
+    yaws = [
+        _angle(name, f"pair-{index % COLOURS}", between.errors[:, index, 3], between.deviations[:, index, 3])
+        for index, name in enumerate(names)
+    ]
+    leader_yaw = _angle(
+        "yaw", f"vehicle-{log.leader % COLOURS}", leader.errors[:, 3], leader.deviations[:, 3]
+    )
+    return [
+        *(
+            _position(name, EstimationErrors(between.errors[:, index], between.covariances[:, index]))
+            for index, name in enumerate(names)
+        ),
+        Panel("Estimate − truth: relative yaw, 2σ", "deg", 2, yaws),
+        _position(log.vehicles[log.leader], leader),
+        Panel(f"Estimate − truth: yaw of {log.vehicles[log.leader]}, 2σ", "deg", 2, [leader_yaw]),
+        *_innovations(log),
+        Panel(
+            f"Estimator: mode ({MODES})", "", 0, [Line("mode", "series-0", log.estimator["mode"])], steps=True
+        ),
+        Panel(
+            "Estimator: rejected measurements per step",
+            "",
+            0,
+            [Line("rejected", "series-1", log.estimator["rejected"])],
+            steps=True,
+        ),
+    ]
+
+
+def _position(name: str, estimate: EstimationErrors) -> Panel:
+    millimetres, deviations = 1e3 * estimate.errors, 1e3 * estimate.deviations
+    lines = [
+        Line(axis, f"rotor-{index}", millimetres[:, index], _band(deviations[:, index]))
+        for index, axis in enumerate(AXES)
+    ]
+    return Panel(f"Estimate − truth: {name}, 2σ", "mm", 1, lines)
+
+
+def _angle(name: str, colour: str, error: Array, deviation: Array) -> Line:
+    return Line(name, colour, np.degrees(error), _band(np.degrees(deviation)))
+
+
+def _band(deviation: Array) -> Array | None:
+    """None where no covariance is known, as with raw feedback."""
+    return SIGMAS * deviation if np.isfinite(deviation).any() else None
+
+
+def _innovations(log: FlightLog) -> list[Panel]:
+    nis, dof = log.estimator["nis"], log.estimator["nis_dof"]
+    if not np.isfinite(nis).any():
+        return []
+    low, high = nis_bounds(dof)
+    return [
+        Panel(
+            "NIS of range and bearing per degree of freedom",
+            "",
+            2,
+            [
+                Line("NIS", "series-0", nis / np.where(dof > 0.0, dof, np.nan)),
+                Line("2.5 %", "series-1", low / dof),
+                Line("97.5 %", "series-1", high / dof),
+            ],
+            [Guide("expected 1", (1.0,))],
+        )
+    ]
