@@ -11,6 +11,7 @@ from relform_analysis.flight.metrics import separation_min, tilts
 from relform_analysis.flight.simulate import simulate
 from relform_analysis.flight.tracking_errors import follower_yaw_errors, formation_errors, scored_pairs
 from relform_core.arrays import Array
+from relform_core.errors import FlightError
 from support.flights import seconds
 from support.formations import as_yaml, line_astern
 from support.scenarios import CONFIG_FOLDER, paper_scenario
@@ -80,3 +81,18 @@ def test_a_start_in_formation_is_no_disturbance() -> None:
         held = log.step_ns < 200_000_000
         assert held.sum() == 4
         assert errors(log)[held].max() < 0.005
+
+
+@pytest.mark.parametrize(
+    ("position_std_m", "missing"),
+    [
+        (0.2, r"accurate relative yaw of follower_\d \(known to \d\.\d deg, 3 deg are needed\)"),
+        (1.0, r"accurate relative yaw of follower_\d \(known to \d\d\.\d deg, 20 deg are needed\)"),
+    ],
+    ids=["held", "hovering"],
+)
+def test_a_start_whose_yaws_stay_unknown_ends_with_the_reason(position_std_m: float, missing: str) -> None:
+    sensors = f"sensors.range_bearing.position_std_m={position_std_m}"
+    message = rf"the flight cannot start: after 0\.5 s .* there is still no {missing}$"
+    with pytest.raises(FlightError, match=message):
+        fly(*ANYWHERE, sensors, "controller.start_wait_max_s=0.5", seed=6, time=4.0)

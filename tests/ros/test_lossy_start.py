@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from relform_analysis.flight.from_bag import read_flight_log
 from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.replay.command import EQUAL
@@ -14,6 +16,13 @@ from support.nodes import short
 from support.scenarios import PAPER
 
 FLY = Path(__file__).parents[2] / "scripts/fly.py"
+FROM_ANYWHERE = (
+    "controller=team",
+    "start.follower_yaw_max_deg=180",
+    "start.follower_offset_max_m=0.3",
+    "seed=3",
+)
+"""Overrides: the team estimator, with unknown yaws."""
 
 
 def dropout(probability: float) -> str:
@@ -34,9 +43,12 @@ def fly(folder: Path, *overrides: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=100, check=False)
 
 
-def test_a_late_start_is_the_same_flight_with_ros_without_and_replayed(tmp_path: Path) -> None:
+@pytest.mark.parametrize("overrides", [(), FROM_ANYWHERE], ids=["raw", "team_from_anywhere"])
+def test_a_late_start_is_the_same_flight_with_ros_without_and_replayed(
+    tmp_path: Path, overrides: tuple[str, ...]
+) -> None:
     folder = tmp_path / "run"
-    flown = fly(folder, short(2.0), dropout(0.5))
+    flown = fly(folder, short(2.0), dropout(0.5), *overrides)
     assert flown.returncode == 0, flown.stderr
     log = read_flight_log(folder)
     expected = fly_in_process(load_scenario(folder / "config.yaml"))
