@@ -202,8 +202,8 @@ def weights(problem: Problem) -> Array:
     return np.concatenate(
         [
             np.broadcast_to(2.0 / (n - 1) * w.formation * last[:, None], (n_pairs, n_stages, 3)).reshape(-1),
-            np.broadcast_to(w.leader_position * last[:, None], (n_stages, 3)).reshape(-1),
-            w.leader_yaw * last,
+            np.broadcast_to(n / 3.0 * w.leader_position * last[:, None], (n_stages, 3)).reshape(-1),
+            n / 3.0 * w.leader_yaw * last,
             np.full(n * n_stages * 3, w.acceleration),
             np.full(n * n_stages * 3, w.torque),
             np.full(n * n_stages * 4, w.thrust_rate),

@@ -99,8 +99,8 @@ def cost(
         leader = X[0][k]
         x, y = turn(geometry.yaw_NI, leader[0], leader[1])
         p_NB_N = ca.vertcat(x, y, leader[2]) + geometry.p_NI_N
-        at_k += w.leader_position * ca.sumsqr(p_NB_N - reference.p_NB_N[k])
-        at_k += w.leader_yaw * (leader[8] + geometry.yaw_NI - reference.yaw_NB[k]) ** 2
+        at_k += len(X) / 3.0 * w.leader_position * ca.sumsqr(p_NB_N - reference.p_NB_N[k])
+        at_k += len(X) / 3.0 * w.leader_yaw * (leader[8] + geometry.yaw_NI - reference.yaw_NB[k]) ** 2
         total += at_k * (w.terminal_scale if k == N else 1.0)
     for vehicle, (states, thrusts, means) in enumerate(zip(X, U, F, strict=True)):
         before: Any = problem.applied_thrusts[vehicle]

@@ -7,7 +7,13 @@ import pytest
 
 from relform_controller.ocp.model import RigidBody
 from relform_controller.ocp.problem import Ocp
-from relform_controller.ocp.scaling import HUMMINGBIRD, formation_scale, thrust_scale, torque_scale
+from relform_controller.ocp.scaling import (
+    HUMMINGBIRD,
+    formation_scale,
+    leader_scale,
+    thrust_scale,
+    torque_scale,
+)
 from relform_core.controller_config import FormationPairs
 from support.scenarios import paper_scenario, team_of
 
@@ -18,7 +24,7 @@ TWICE = RigidBody(1.432, (0.014, 0.014, 0.024), 0.18, HUMMINGBIRD.torque_per_thr
 
 def test_every_scale_is_exactly_one_for_the_papers_team() -> None:
     assert PAPER.body == HUMMINGBIRD
-    assert formation_scale(PAPER) == 1.0
+    assert formation_scale(PAPER) == leader_scale(PAPER) == 1.0
     np.testing.assert_array_equal(torque_scale(HUMMINGBIRD), np.ones(3))
     np.testing.assert_array_equal(thrust_scale(HUMMINGBIRD), np.eye(4))
 
@@ -63,3 +69,8 @@ def test_formation_weights_by_the_terms_per_vehicle(
 ) -> None:
     ocp = Ocp.from_config(paper_scenario(*team_of(n_vehicles)).config)
     assert formation_scale(dataclasses.replace(ocp, formation_pairs=pairs)) == expected
+
+
+@pytest.mark.parametrize(("n_vehicles", "expected"), [(2, 2.0 / 3.0), (6, 2.0), (8, 8.0 / 3.0)])
+def test_leader_weights_by_the_size_of_the_team(n_vehicles: int, expected: float) -> None:
+    assert leader_scale(Ocp.from_config(paper_scenario(*team_of(n_vehicles)).config)) == expected

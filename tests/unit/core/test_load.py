@@ -130,7 +130,7 @@ def test_unknown_plain_name_is_one_line_with_the_known_ones(tmp_path: Path) -> N
         load_scenario(PAPER, ["controller=turbo"])
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text(to_text(load_scenario(PAPER).written | {"vehicle": "zeppelin"}))
-    message = f"{scenario}: vehicle: unknown vehicle 'zeppelin': {expected} hummingbird"
+    message = f"{scenario}: vehicle: unknown vehicle 'zeppelin': {expected} crazyflie, hummingbird"
     with pytest.raises(ConfigError, match=f"^{re.escape(message)}$"):
         load_scenario(scenario)
 

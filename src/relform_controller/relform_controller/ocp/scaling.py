@@ -51,6 +51,14 @@ def formation_scale(ocp: Ocp) -> float:
     return n * _formation_terms(ocp, TEAM_SIZE) / (TEAM_SIZE * _formation_terms(ocp, n))
 
 
+def leader_scale(ocp: Ocp) -> float:
+    """Factor on the weights of the leader's position and yaw: the size of this team over three.
+
+    All vehicles move with the leader, and the effort of each is in the cost.
+    """
+    return ocp.n_vehicles / TEAM_SIZE
+
+
 def _accelerations(body: RigidBody) -> Array:
     """Diagonal of D: accelerations by the thrust of one rotor, shape (4,)."""
     x, y, z = body.inertia

@@ -8,6 +8,7 @@ import numpy as np
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
 from relform_controller.ocp.problem import Ocp
+from relform_controller.ocp.scaling import leader_scale
 from relform_controller.ocp.terms.stages import with_terminal_scale
 from relform_controller.ocp.terms.term import ByStates, Derivatives, Expansion, Instance
 from relform_core.arrays import Array
@@ -27,10 +28,12 @@ class LeaderPosition:
 
     def __init__(self, ocp: Ocp) -> None:
         self._n_stages = ocp.n_stages
+        self._scale = leader_scale(ocp)
 
     def weights(self, weights: WeightsConfig) -> Array:
-        """See ``Term``."""
-        return with_terminal_scale(weights.leader_position, weights, self._n_stages)[None, :, None]
+        """See ``Term``; scaled by the size of the team (``scaling``)."""
+        by_stage = with_terminal_scale(weights.leader_position, weights, self._n_stages)
+        return self._scale * by_stage[None, :, None]
 
     def derivatives(self, expansion: Expansion) -> Derivatives:
         """See ``Term``."""
