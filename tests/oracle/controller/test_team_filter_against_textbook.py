@@ -1,5 +1,7 @@
 """The team filter against the textbook: Jacobians by differences, and the Kalman filter in Joseph's form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -32,6 +34,7 @@ def random_states(generator: np.random.Generator) -> np.ndarray:
     states[:, layout.POSITION] += [[5.0, -3.0, 2.0], [3.6, -3.7, 1.6], [3.9, -2.2, 2.5]]
     states[:, layout.YAW] = generator.uniform(-3.0, 3.0, N)
     states[:, team_model.THRUST_SCALE] = generator.uniform(0.9, 1.1, N)
+    states[:, team_model.INERTIA_SCALE] = generator.uniform(0.9, 1.1, (N, 3))
     return states
 
 
@@ -86,6 +89,8 @@ def expected_own(state: np.ndarray, thrusts: np.ndarray) -> np.ndarray:
             state[layout.POSITION],
             v_NB_B,
             [state[layout.YAW]],
+            state[team_model.DISTURBANCE],
+            [state[team_model.THRUST_SCALE]],
         ]
     )
 
@@ -168,6 +173,20 @@ def test_prediction_moves_mean_and_covariance(team_filter: TeamFilter) -> None:
     F = differences(moved, belief.states)
     expected = F @ belief.covariance @ F.T + np.diag(noise.reshape(-1))
     np.testing.assert_allclose(found.covariance, expected, atol=1e-6)
+
+
+def test_scales_are_those_of_another_body() -> None:
+    """A vehicle with scaled inertia and thrust moves as a nominal one with that inertia and those thrusts."""
+    generator = np.random.default_rng(9)
+    state, thrusts = random_states(generator)[0], random_thrusts(generator)[0]
+    nominal = state.copy()
+    nominal[team_model.INERTIA_SCALE], nominal[team_model.THRUST_SCALE] = 1.0, 1.0
+    scaled = tuple(np.array(BODY.inertia) * state[team_model.INERTIA_SCALE])
+    scaled_thrusts = state[team_model.THRUST_SCALE] * thrusts
+    found = team_model.transition(BODY)(state, thrusts, 0.05)[0]
+    expected = team_model.transition(replace(BODY, inertia=scaled))(nominal, scaled_thrusts, 0.05)[0]
+    np.testing.assert_allclose(found[: layout.N_STATE], expected[: layout.N_STATE], atol=1e-12)
+    np.testing.assert_array_equal(np.array(found)[layout.N_STATE :, 0], state[layout.N_STATE :])
 
 
 def test_squared_distances_follow_the_chi_square_distribution(team_filter: TeamFilter) -> None:

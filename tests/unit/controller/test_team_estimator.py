@@ -12,6 +12,7 @@ from relform_controller.estimation.estimator import TeamEstimate, Waiting
 from relform_controller.estimation.team import TeamEstimator
 from relform_controller.estimation.team_monitor import RUN
 from relform_controller.formation_controller import FormationController
+from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angle, wrap_angles
 from relform_controller.ocp.layout import ordered_pairs
 from relform_core.load import LoadedScenario
@@ -281,3 +282,18 @@ def test_it_can_be_injected(flight: Flight) -> None:
         np.testing.assert_array_equal(
             all_speeds([decided(injected, measurements)]), all_speeds([decided(selected, measurements)])
         )
+
+
+def test_torques_that_the_model_does_not_explain_are_followed(flight: Flight) -> None:
+    """The vehicles fly as recorded, but the filter is told of torques that they never had."""
+    estimator = TeamEstimator(SCENARIO.config)
+    coefficient = SCENARIO.config.vehicle.thrust_coefficient
+    wrong, rates = {}, []
+    for measurements, decision in zip(flight.measured, flight.decided, strict=True):
+        estimate = estimator.update(measurements, wrong, None)
+        thrusts = coefficient * np.array([c.speeds for c in decision.commands.values()]) ** 2
+        wrong = {measurements.arrival_ns: thrusts + [0.05, 0.0, -0.05, 0.0]}  # 2.6 rad/s^2 of pitch
+        if isinstance(estimate, TeamEstimate):
+            rates.append(estimate.states[:, layout.RATE])
+    right = last(flight, flight.measured).states[:, layout.RATE]
+    np.testing.assert_allclose(rates[-1], right, atol=0.15)

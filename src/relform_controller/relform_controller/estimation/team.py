@@ -148,9 +148,13 @@ class TeamEstimator:
         observation = self._builder.build(measured)
         belief, memory = known.belief, known.memory
         innovation = self._filter.innovation(belief, known.thrusts, observation)
-        changed, drift = team_monitor.force_changes(innovation, memory.drift)
-        if changed.any():
-            belief = belief.widened(np.diag(np.outer(changed, team_noise.FORCE_CHANGE).reshape(-1)))
+        forces, drift = team_monitor.force_changes(innovation, memory.drift)
+        torques = team_monitor.torque_changes(innovation)
+        if (forces | torques).any():
+            changes = np.outer(forces, team_noise.FORCE_CHANGE) + np.outer(torques, team_noise.TORQUE_CHANGE)
+            belief = belief.widened(np.diag(changes.reshape(-1)))
+            observation.own[forces, team_model.FORCE_ROWS] = team_noise.USUAL_FORCES
+            observation.own_weights[forces, team_model.FORCE_ROWS] = 1.0 / team_noise.USUAL_FORCES_STD
             innovation = self._filter.innovation(belief, known.thrusts, observation)
         misfits = 0
         if team_monitor.localization_misfits(innovation):

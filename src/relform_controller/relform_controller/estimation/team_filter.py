@@ -30,13 +30,13 @@ class Belief:
     """Mean and covariance of the team's state at one instant; vehicles in team order."""
 
     states: Array
-    """Mean, see ``team_model``; shape (vehicle, 16)."""
+    """Mean, see ``team_model``; shape (vehicle, 19)."""
     factor: Array
-    """L of the covariance P = L L'; the state's vehicles one after the other, shape (16 n, 16 n)."""
+    """L of the covariance P = L L'; the state's vehicles one after the other, shape (19 n, 19 n)."""
 
     @property
     def covariance(self) -> Array:
-        """P, shape (16 n, 16 n)."""
+        """P, shape (19 n, 19 n)."""
         return self.factor @ self.factor.T
 
     def widened(self, deviations: Array) -> "Belief":
@@ -44,7 +44,7 @@ class Belief:
 
         Args:
             deviations: independent random deviations of one standard deviation each, as columns; shape
-                (16 n, m).
+                (19 n, m).
         """
         return replace(self, factor=_cholesky(self.covariance + deviations @ deviations.T))
 
@@ -57,9 +57,9 @@ class Observation:
     """
 
     own: Array
-    """What each vehicle measured of itself, rows of ``team_model``; shape (vehicle, 19)."""
+    """What each vehicle measured of itself, rows of ``team_model``; shape (vehicle, 23)."""
     own_weights: Array
-    """Reciprocal standard deviations, 0: not measured; shape (vehicle, 19)."""
+    """Reciprocal standard deviations, 0: not measured; shape (vehicle, 23)."""
     sightings: Array
     """Range, azimuth, elevation; shape (pair, 3), pairs as ``layout.ordered_pairs``."""
     sighting_weights: Array
@@ -71,13 +71,13 @@ class Innovation:
     """Measured minus expected, whitened, with its derivative by the factor's coordinates."""
 
     own: Array
-    """Shape (vehicle, 19)."""
+    """Shape (vehicle, 23)."""
     own_rows: Array
-    """Rows of W, shape (vehicle, 19, 16 n)."""
+    """Rows of W, shape (vehicle, 23, 19 n)."""
     sightings: Array
     """Shape (pair, 3)."""
     sighting_rows: Array
-    """Rows of W, shape (pair, 3, 16 n)."""
+    """Rows of W, shape (pair, 3, 19 n)."""
     sightings_by_position: Array
     """Derivative of the whitened sightings by the target's position in {n} [1/m], shape (pair, 3, 3)."""
 
@@ -114,7 +114,7 @@ class TeamFilter:
         Args:
             thrusts: mean thrust of each rotor in the interval [N], shape (vehicle, 4).
             duration: length of the interval [s].
-            noise: variances that the interval adds, shape (vehicle, 16).
+            noise: variances that the interval adds, shape (vehicle, 19).
         """
         durations = np.full((self._n, 1), duration)
         states, F = self._transition(belief.states, thrusts, durations)

@@ -1,8 +1,11 @@
 """The model of the team filter, in CasADi: how one vehicle moves, and what its sensors should measure.
 
 A vehicle's state is that of eq. MPC_StateDef, but in the world frame {n}, followed by what the nominal model
-does not know: an acceleration from unknown forces, and a factor on the thrust and torque of all rotors.
+does not know: an acceleration from unknown forces, a factor on the thrust and torque of all rotors, and one
+on each moment of inertia.
 """
+
+from dataclasses import replace
 
 import casadi as ca
 
@@ -13,7 +16,9 @@ DISTURBANCE = slice(12, 15)
 """Acceleration from unknown forces in {n} [m/s^2]."""
 THRUST_SCALE = 15
 """True thrust over nominal thrust."""
-N_FILTER_STATE = 16
+INERTIA_SCALE = slice(16, 19)
+"""True over nominal moments of inertia about body x, y, z."""
+N_FILTER_STATE = 19
 
 # Rows of what one vehicle measures of itself.
 TILT_ROWS = slice(0, 2)
@@ -32,7 +37,9 @@ VELOCITY_ROWS = slice(15, 18)
 """Velocity in the body frame, measured by the localization [m/s]."""
 YAW_ROW = 18
 """Yaw in {n} [rad]."""
-N_OWN_ROWS = 19
+FORCE_ROWS = slice(19, 23)
+"""Disturbance and thrust scale: no sensor measures them, but they are known to be moderate."""
+N_OWN_ROWS = 23
 LOCALIZATION_ROWS = slice(12, 19)
 """All that the localization measures."""
 N_SIGHT_ROWS = 3
@@ -40,21 +47,23 @@ N_SIGHT_ROWS = 3
 
 
 def transition(body: RigidBody) -> ca.Function:
-    """(state, thrusts, duration) -> state after the duration, its Jacobian by the state (16, 16).
+    """(state, thrusts, duration) -> state after the duration, its Jacobian by the state (19, 19).
 
     One step of the classical Runge-Kutta method under constant thrusts; disturbance and thrust scale stay.
     """
     state, thrusts, duration = _state("state"), _thrusts(), ca.SX.sym("duration")
 
+    (I_x, I_y, I_z), scale = body.inertia, state[INERTIA_SCALE]
+    true_body = replace(body, inertia=(I_x * scale[0], I_y * scale[1], I_z * scale[2]))
     moved = rk4_step(
-        state[: layout.N_STATE], state[THRUST_SCALE] * thrusts, body, duration, state[DISTURBANCE]
+        state[: layout.N_STATE], state[THRUST_SCALE] * thrusts, true_body, duration, state[DISTURBANCE]
     )
-    following = ca.vertcat(moved, state[DISTURBANCE], state[THRUST_SCALE])
+    following = ca.vertcat(moved, state[layout.N_STATE :])
     return _with_jacobians("transition", [state, thrusts, duration], following, [state])
 
 
 def own_measurement(body: RigidBody) -> ca.Function:
-    """(state, thrusts) -> what a vehicle measures of itself (19,), its Jacobian by the state (19, 16).
+    """(state, thrusts) -> what a vehicle measures of itself (23,), its Jacobian by the state (23, 19).
 
     The specific force is that at the end of an interval in which the rotors gave these thrusts.
     """
@@ -72,12 +81,14 @@ def own_measurement(body: RigidBody) -> ca.Function:
         state[layout.POSITION],
         v_NB_B,
         state[layout.YAW],
+        state[DISTURBANCE],
+        state[THRUST_SCALE],
     )
     return _with_jacobians("own_measurement", [state, thrusts], measured, [state])
 
 
 def sighting() -> ca.Function:
-    """(observer, target) -> range, azimuth, elevation (3,), its Jacobians by both states (3, 16)."""
+    """(observer, target) -> range, azimuth, elevation (3,), its Jacobians by both states (3, 19)."""
     observer, target = _state("observer"), _state("target")
     R_BN = rotation_IB(observer[layout.RPY]).T
     p_B1B2_B1 = R_BN @ (target[layout.POSITION] - observer[layout.POSITION])

@@ -20,6 +20,8 @@ SIGHTING_GATE = 16.27
 """99.9 % of the chi-square distribution with three degrees of freedom."""
 FORCE_GATE = 25.0
 """For the squared accelerometer innovation of one instant."""
+TORQUE_GATE = 25.0
+"""For the squared innovation of tilt and rates of one instant."""
 DRIFT_GATE = 20.0
 """For the slow average of accelerometer innovations."""
 DRIFT_MEMORY = 0.7
@@ -54,6 +56,15 @@ class Memory:
     def empty(cls, n_vehicles: int, n_pairs: int) -> "Memory":
         """Nothing has happened yet."""
         return cls(np.zeros((n_vehicles, 3)), np.zeros(n_pairs, dtype=np.int64), np.zeros((n_pairs, 3)))
+
+
+def torque_changes(innovation: Innovation) -> Mask:
+    """Which vehicles' tilt and rates show that their torques are not those of the model, shape (vehicle,)."""
+    rows = [
+        *range(team_model.N_OWN_ROWS)[team_model.TILT_ROWS],
+        *range(team_model.N_OWN_ROWS)[team_model.RATE_ROWS],
+    ]
+    return squared_distances(innovation.own[:, rows], innovation.own_rows[:, rows]) > TORQUE_GATE
 
 
 def force_changes(innovation: Innovation, drift: Array) -> tuple[Mask, Array]:

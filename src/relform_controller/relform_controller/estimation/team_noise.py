@@ -15,17 +15,18 @@ from relform_core.arrays import Array
 class ProcessNoise:
     """Random changes per control period; they grow with the square root of time."""
 
-    velocity: float = 3e-4
+    velocity: float = 1e-4
     """[m/s]."""
     angle: float = 5e-5
     """[rad]."""
-    rate: float = 2e-3
+    rate: float = 2e-4
     """[rad/s], beside what follows from the inertia."""
-    inertia: float = 0.06
+    inertia: float = 0.003
     """Standard deviation of the moments of inertia, relative."""
-    disturbance: float = 1e-4
+    disturbance: float = 3e-5
     """[m/s^2]."""
     thrust_scale: float = 1e-6
+    inertia_scale: float = 1e-5
 
     def variances(self, thrusts: Array, duration: float, period: float, body: RigidBody) -> Array:
         """What an interval adds to the covariance.
@@ -35,7 +36,7 @@ class ProcessNoise:
             duration: of the interval [s].
             period: control period [s].
         Returns:
-            Shape (vehicle, 16).
+            Shape (vehicle, 19).
         """
         torque_B = thrusts @ torque_by_thrusts(body).T
         rate_error = self.inertia * torque_B * duration / np.array(body.inertia)
@@ -47,6 +48,7 @@ class ProcessNoise:
         added[:, layout.RATE] = self.rate**2 * share + rate_error**2
         added[:, team_model.DISTURBANCE] = self.disturbance**2 * share
         added[:, team_model.THRUST_SCALE] = self.thrust_scale**2 * share
+        added[:, team_model.INERTIA_SCALE] = self.inertia_scale**2 * share
         return added
 
 
@@ -58,8 +60,9 @@ def per_state(
     rate: float = 0.0,
     disturbance: float = 0.0,
     thrust_scale: float = 0.0,
+    inertia_scale: float = 0.0,
 ) -> Array:
-    """Standard deviations of one vehicle's state, shape (16,)."""
+    """Standard deviations of one vehicle's state, shape (19,)."""
     deviations = np.zeros(N_FILTER_STATE)
     deviations[layout.POSITION] = position
     deviations[layout.VELOCITY] = velocity
@@ -68,11 +71,19 @@ def per_state(
     deviations[layout.RATE] = rate
     deviations[team_model.DISTURBANCE] = disturbance
     deviations[team_model.THRUST_SCALE] = thrust_scale
+    deviations[team_model.INERTIA_SCALE] = inertia_scale
     return deviations
 
 
 START = per_state(
-    position=10.0, velocity=0.01, tilt=0.1, yaw=3.0, rate=0.02, disturbance=1e-3, thrust_scale=0.012
+    position=10.0,
+    velocity=0.01,
+    tilt=0.1,
+    yaw=3.0,
+    rate=0.02,
+    disturbance=1e-3,
+    thrust_scale=0.012,
+    inertia_scale=0.05,
 )
 """Of the first belief, before any measurement; the vehicles are level and at rest. Poses are known by
 measurements alone: these are large beside their errors."""
@@ -80,6 +91,13 @@ HOVERED = per_state(position=0.05, velocity=0.1, tilt=0.05, yaw=0.05, rate=0.1)
 """Of what vehicles that hover on their own sensors do, meanwhile."""
 FORCE_CHANGE = per_state(disturbance=0.5, thrust_scale=0.07)
 """Of a change of the forces on a vehicle, such as a gust or a failing rotor."""
+USUAL_FORCES = np.array([0.0, 0.0, 0.0, 1.0])
+"""Disturbance and thrust scale of a vehicle of which nothing else is known."""
+USUAL_FORCES_STD = np.array([1.5, 1.5, 1.5, 0.15])
+"""Their standard deviations. After a change they count as a measurement: a thrust scale and a vertical
+disturbance that cancel each other cannot run away."""
+TORQUE_CHANGE = per_state(rate=0.5)
+"""Of a change of the torques on a vehicle that its model does not explain."""
 RESTART = per_state(position=0.2, velocity=0.3, yaw=0.2, disturbance=0.5)
 """Of a vehicle that is placed again by one sighting each way."""
 UNANCHORED_POSITION = 1.0

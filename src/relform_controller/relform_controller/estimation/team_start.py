@@ -191,7 +191,7 @@ def first_states(
         sightings: by (observer, target).
         yaw_std_max: beyond this a relative yaw counts as unobservable [rad].
     Returns:
-        The states, shape (vehicle, 16), or what is missing, for people.
+        The states, shape (vehicle, 19), or what is missing, for people.
     """
     if localization is None:
         return f"localization of {vehicles[0]}"
@@ -205,6 +205,7 @@ def first_states(
     states = np.zeros((len(imus), team_model.N_FILTER_STATE))
     states[:, [layout.ROLL, layout.PITCH]] = tilts
     states[:, team_model.THRUST_SCALE] = 1.0
+    states[:, team_model.INERTIA_SCALE] = 1.0
     states[0, layout.POSITION] = localization.p_NB_N
     states[0, layout.YAW] = rpy_from_quaternion(localization.q_NB)[2]
     placed = [0]

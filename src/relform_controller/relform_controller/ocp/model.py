@@ -23,7 +23,8 @@ class RigidBody:
     """The nominal parameters that the prediction model uses."""
 
     mass: float
-    inertia: tuple[float, float, float]
+    inertia: tuple[float | ca.SX, float | ca.SX, float | ca.SX]
+    """Of body x, y, z [kg m^2]; symbolic where an estimator finds them out."""
     arm_length: float
     torque_per_thrust: float
     """c_Q / c_T [m]."""
@@ -113,7 +114,7 @@ def dynamics(
         disturbance: acceleration from unknown forces, in the velocity's frame [m/s^2], shape (3,).
     """
     v_IB_I, rpy_IB, w_IB_B = state[layout.VELOCITY], state[layout.RPY], state[layout.RATE]
-    inertia = ca.diag(ca.DM(body.inertia))
+    inertia = ca.diag(ca.vertcat(*body.inertia))
     return ca.vertcat(
         v_IB_I,  # eq. MPC_Dynamics1
         net_acceleration_I(state, thrusts, body) + disturbance,  # eq. MPC_Dynamics2
