@@ -21,6 +21,7 @@ setup(
         "console_scripts": [
             "accuracy = relform_analysis.accuracy.command:main",
             "bench = relform_analysis.bench:main",
+            "bound = relform_analysis.judges.command:main",
             "paper = relform_analysis.evaluation.command:main",
             "replay = relform_analysis.replay.command:main",
             "report = relform_analysis.report.command:main",

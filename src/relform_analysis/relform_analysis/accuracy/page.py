@@ -27,7 +27,8 @@ CONSISTENCY = """## Consistency
 
 The normalised estimation error squared (NEES) per degree of freedom in steady state is 1 if the covariances
 of the team estimator are right, and above 1 if they are too small. *NIS inside* is the share of the steps
-in which the normalised innovation squared of range and bearing is inside its 95 % interval."""
+in which the normalised innovation squared of range and bearing is inside its 95 % interval.
+`scripts/bound.py` compares the estimation errors with the posterior Cramer-Rao bound of the sensors."""
 
 
 @dataclass(frozen=True)
