@@ -172,7 +172,9 @@ class TeamEstimator:
         rejected = team_monitor.outlying_sightings(innovation, distances, seen, self._opposite)
         runs, contradictions = team_monitor.runs_of_rejections(innovation, rejected, seen, memory)
         self._note_sightings(stamp_ns, seen, rejected, distances)
-        belief = self._filter.correct(belief, _without(innovation, rejected))
+        if rejected.any():
+            innovation = _without(innovation, rejected)
+        belief = self._filter.correct(belief, innovation)
         for vehicle in team_monitor.misplaced_vehicles(runs, seen, self._pairs):
             belief = self._placed_again(belief, vehicle, measured)
             runs = np.where([vehicle in pair for pair in self._pairs], 0, runs)

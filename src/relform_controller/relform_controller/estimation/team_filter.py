@@ -22,6 +22,7 @@ from relform_controller.ocp.frames import wrap_angles
 from relform_controller.ocp.model import RigidBody
 from relform_core.arrays import Array
 
+_POSE = [*range(N_FILTER_STATE)[layout.POSITION], *range(N_FILTER_STATE)[layout.RPY]]
 _ANGULAR_OWN_ROWS = [*range(2), team_model.YAW_ROW]
 
 
@@ -142,23 +143,24 @@ class TeamFilter:
         sightings = observation.sightings - expected
         sightings[:, 1:] = wrap_angles(sightings[:, 1:])
         weights = observation.sighting_weights
-        sighting_rows = (weights @ H_observer) @ blocks[self._observers]
-        sighting_rows += (weights @ H_target) @ blocks[self._targets]
+        by_position = weights @ H_target[:, :, layout.POSITION]
+        # A sighting depends on the pose of the observer and on the position of the target alone.
+        sighting_rows = (weights @ H_observer[:, :, _POSE]) @ blocks[:, _POSE][self._observers]
+        sighting_rows += by_position @ blocks[:, layout.POSITION][self._targets]
         return Innovation(
             own,
             own_rows,
             (weights @ sightings[:, :, None])[:, :, 0],
             sighting_rows,
-            weights @ H_target[:, :, layout.POSITION],
+            by_position,
         )
 
     def correct(self, belief: Belief, innovation: Innovation) -> Belief:
         """The belief after an observation."""
         size = belief.factor.shape[0]
-        W = np.concatenate(
-            [innovation.own_rows.reshape(-1, size), innovation.sighting_rows.reshape(-1, size)]
-        )
-        r = np.concatenate([innovation.own.reshape(-1), innovation.sightings.reshape(-1)])
+        measured = innovation.own_rows.any(axis=2)
+        W = np.concatenate([innovation.own_rows[measured], innovation.sighting_rows.reshape(-1, size)])
+        r = np.concatenate([innovation.own[measured], innovation.sightings.reshape(-1)])
         C = _cholesky(np.eye(size) + W.T @ W)
         # L (C')^(-1), the transpose of which solves C X = L'
         factor = lapack.dtrtrs(C, belief.factor.T, lower=1)[0].T

@@ -114,6 +114,8 @@ def runs_of_rejections(
     innovation: Innovation, rejected: Mask, seen: Mask, memory: Memory
 ) -> tuple[Integers, Array]:
     """The new ``runs`` and ``contradictions`` of the memory; where nothing was seen they stay."""
+    if not rejected.any() and not memory.runs.any():
+        return memory.runs, memory.contradictions
     change = ((innovation.sightings - memory.contradictions) ** 2).sum(axis=1)
     size = (innovation.sightings**2).sum(axis=1)
     # Noise changes an innovation by twice its variance, a wrong belief by a part of the contradiction.

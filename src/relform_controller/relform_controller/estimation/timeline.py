@@ -95,6 +95,8 @@ class Timeline(Generic[K]):
 
     def _at(self, stamp_ns: int) -> Instant[K]:
         """The instant with this stamp, a new one if needed."""
+        if self._instants[-1].stamp_ns == stamp_ns:
+            return self._instants[-1]
         index = bisect_left(self._instants, stamp_ns, key=lambda instant: instant.stamp_ns)
         if index == len(self._instants) or self._instants[index].stamp_ns != stamp_ns:
             self._instants.insert(index, Instant(stamp_ns))
