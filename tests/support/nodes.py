@@ -35,9 +35,7 @@ class Nodes:
         folder: Path,
         domain_id: int,
         observers: Sequence[str] = (),
-        quadrotor: Sequence[str] = (str(INSTALL / "relform_sim/lib/relform_sim/quadrotor"),),
     ) -> None:
-        """``quadrotor``: command line of the nodes of the vehicles."""
         self.processes: dict[str, subprocess.Popen[str]] = {}
         config = folder / "config.yaml"
         config.write_text(scenario.effective_yaml)
@@ -49,7 +47,6 @@ class Nodes:
             f"observers:={list(observers) or ['']}",
         ]
         self._environment = os.environ | {"ROS_DOMAIN_ID": str(domain_id)}
-        self._quadrotor = list(quadrotor)
         self._vehicles = scenario.config.team.vehicles
 
     def __enter__(self) -> Self:
@@ -67,7 +64,7 @@ class Nodes:
         given = (part for each in parameters for part in ("-p", each))
         arguments = [*self._arguments, *given, *arguments]
         if name in self._vehicles:
-            command = self._quadrotor
+            command = [str(INSTALL / "relform_sim/lib/relform_sim/quadrotor")]
             arguments += ["-r", f"__ns:=/{name}"]
         else:
             package, program = OTHERS[name]

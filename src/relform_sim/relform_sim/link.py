@@ -6,10 +6,10 @@ node of a vehicle behind the lock-step barrier, and flights in one process.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Literal, Protocol, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 from relform_core.events_config import CommandLoss, Dropout, LinkFault
-from relform_core.links_config import PERFECT
+from relform_core.links_config import PERFECT, DirectionConfig
 from relform_core.measurements import RotorCommand
 from relform_core.randomness import Stream, Streams
 from relform_core.scenario_config import ScenarioConfig
@@ -24,32 +24,10 @@ Reading = tuple[Source[Any], Measurement]
 """A measurement and what it comes from."""
 
 
-class Channel(Protocol[T]):
-    """One direction of a link. The instants of the calls never decrease."""
-
-    def send(self, now_ns: int, message: T) -> None:
-        """Send a message at an instant of simulation time [ns]."""
-
-    def deliver(self, now_ns: int) -> Sequence[T]:
-        """What has arrived up to an instant [ns] and was not delivered before, in order of arrival."""
-
-
-@dataclass(frozen=True)
-class Link:
-    """Both directions."""
-
-    up: Channel[Reading]
-    """Measurements to the controller."""
-    down: Channel[RotorCommand]
-    """Commands to the vehicle."""
-
-
-LinkFactory = Callable[[ScenarioConfig, str, Streams], Link]
-"""Makes the link of a vehicle from scenario, name and random streams."""
-
-
 class RadioChannel(Generic[T]):
-    """Sends each message in the packet of its instant, unless the message is lost before.
+    """One direction: sends each message in the packet of its instant, unless the message is lost before.
+
+    The instants of the calls never decrease.
 
     Args:
         loss_of: the loss that acts on each message before it is sent; None: none does.
@@ -81,6 +59,16 @@ def _arrival_ns(under_way: tuple[int, Any]) -> int:
     return under_way[0]
 
 
+@dataclass(frozen=True)
+class Link:
+    """Both directions."""
+
+    up: RadioChannel[Reading]
+    """Measurements to the controller."""
+    down: RadioChannel[RotorCommand]
+    """Commands to the vehicle."""
+
+
 def radio_link(config: ScenarioConfig, name: str, streams: Streams) -> Link:
     """Link of the vehicle ``name``: what ``links`` says, the losses of its sensors, and the events on it.
 
@@ -100,18 +88,19 @@ def radio_link(config: ScenarioConfig, name: str, streams: Streams) -> Link:
         streams[Stream.LINK], events=[event for event in events if isinstance(event, CommandLoss)]
     )
 
-    def packets(direction: Literal["up", "down"]) -> Packets | None:
+    def packets(direction: Literal["up", "down"], of_all: DirectionConfig, stream: Stream) -> Packets | None:
         faults = [
             event
             for event in events
             if isinstance(event, LinkFault) and event.direction in (direction, "both")
         ]
-        of_all = config.links.up if direction == "up" else config.links.down
-        if of_all == PERFECT and not faults:
-            return None
-        return Packets(of_all, faults, streams[Stream.LINK_UP if direction == "up" else Stream.LINK_DOWN])
+        return None if of_all == PERFECT and not faults else Packets(of_all, faults, streams[stream])
 
     return Link(
-        up=RadioChannel(lambda reading: of_sensor.get(reading[0].name), packets("up")),
-        down=RadioChannel(lambda command: of_commands, packets("down")),
+        up=RadioChannel(
+            lambda reading: of_sensor.get(reading[0].name), packets("up", config.links.up, Stream.LINK_UP)
+        ),
+        down=RadioChannel(
+            lambda command: of_commands, packets("down", config.links.down, Stream.LINK_DOWN)
+        ),
     )

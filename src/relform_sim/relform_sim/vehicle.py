@@ -29,7 +29,7 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_core.vehicle_config import VehicleConfig
 from relform_sensors.suite import SensorSuite
 from relform_sim.faults import find_fault
-from relform_sim.link import LinkFactory, radio_link
+from relform_sim.link import radio_link
 from relform_sim.onboard import Onboard, OnboardCounts
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import draw_body
@@ -43,9 +43,7 @@ class Vehicle:
     nothing else, and with the rotors at the hover speed of the nominal vehicle.
     """
 
-    def __init__(
-        self, config: ScenarioConfig, seed: int, name: str, make_link: LinkFactory = radio_link
-    ) -> None:
+    def __init__(self, config: ScenarioConfig, seed: int, name: str) -> None:
         """Raises FlightError if the team has no such vehicle, or no start is found, see ``start_poses``."""
         if name not in config.team.vehicles:
             raise FlightError(f"'{name}' is not in the team, known are {', '.join(config.team.vehicles)}")
@@ -72,7 +70,7 @@ class Vehicle:
         """Rotor speeds of the last intervals [rad/s], the oldest first."""
         self._carried = config.sensors_of(name)
         self._sensors = SensorSuite(config, name, streams)
-        self._link = make_link(config, name, streams)
+        self._link = radio_link(config, name, streams)
         events = config.events_on(name)
         self._winds = [event for event in events if isinstance(event, Wind)]
         self._thrust_scales = [event for event in events if isinstance(event, ThrustScale)]

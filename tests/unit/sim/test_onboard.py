@@ -1,8 +1,11 @@
 """What a vehicle flies when commands are good, bad, late, repeated or missing."""
 
+import ast
+import inspect
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -16,6 +19,7 @@ from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.sensors.sonar import Sonar
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import FailsafeConfig
+from relform_sim import failsafe, onboard
 from relform_sim.failsafe import Failsafe
 from relform_sim.onboard import Onboard, OnboardCounts
 
@@ -154,6 +158,50 @@ def test_a_late_command_applies_from_its_stamp_on() -> None:
     assert flight.next(command(4)) == flown(4, 1)
     assert flight.next(command(2)) == flown(4, 2)  # overtaken
     assert flight.onboard.counts == OnboardCounts(missing=2, rejected=2, replayed=6)
+
+
+def test_an_early_command_is_kept_until_its_stamp() -> None:
+    flight = Flight()
+    flight.next(command(0))
+    assert flight.next(command(3)) == flown(0, 1)
+    assert flight.next(command(2)) == flown(2, 0)  # overtaken, but in time
+    assert flight.next(None) == flown(3, 0)
+    assert flight.next(command(3, speeds=np.full(4, 300.0))) == flown(3, 1)
+    assert flight.onboard.counts == OnboardCounts(missing=1, rejected=1, replayed=2)
+
+
+def test_of_two_early_commands_with_one_stamp_the_first_is_flown() -> None:
+    flight = Flight()
+    flight.next(command(2))
+    flight.next(command(2, speeds=np.full(4, 300.0)))
+    assert flight.next(None) == flown(2, 0)
+    assert flight.onboard.counts == OnboardCounts(missing=1, rejected=1, hovered=2)
+
+
+def test_near_the_ground_the_failsafe_switches_the_motors_off_for_good() -> None:
+    flight = Flight()
+    flight.height = -math.inf  # nearer than the sonar can measure, but there are commands
+    flight.next(command(0, n_predicted=1))
+    assert flight.next(None) == flown(0, 1)
+    flight.height = 0.3
+    assert min(flight.next(None)) > VEHICLE.rotor_speed_min
+    flight.height = -math.inf
+    assert min(flight.next(None)) > VEHICLE.rotor_speed_min  # it levels out until it has landed
+    for arrived in (None, command(5)):
+        assert flight.next(arrived).tolist() == [0.0] * 4
+    assert flight.onboard.counts == OnboardCounts(missing=4, replayed=1, failsafe=2, disarmed=2)
+
+
+@pytest.mark.parametrize("module", [onboard, failsafe])
+def test_the_onboard_logic_cannot_see_the_truth(module: ModuleType) -> None:
+    """The rules of import-linter are about modules; ground truth and localization share one type."""
+    imported = {
+        alias.name
+        for node in ast.walk(ast.parse(inspect.getsource(module)))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+    assert imported.isdisjoint({"Odometry", "TeamMeasurements", "VehicleMeasurements", "GROUND_TRUTH"})
 
 
 def test_a_plan_has_its_own_period() -> None:

@@ -10,7 +10,6 @@ from relform_controller.formation_controller import FormationController
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand, TeamMeasurements
 from relform_core.telemetry import Decision
-from relform_sim.link import LinkFactory, radio_link
 from relform_sim.vehicle import Vehicle
 
 
@@ -30,19 +29,17 @@ class SimulatedStep:
 
 def simulate(
     scenario: LoadedScenario,
-    make_link: LinkFactory = radio_link,
     controller: FormationController | None = None,
 ) -> Iterator[SimulatedStep]:
     """Fly a scenario to its end or to the first fault, one control step at a time.
 
     Args:
-        make_link: the link of each vehicle.
         controller: takes requests between two steps; None: that of the scenario.
     Raises:
         FlightError: measurements that the start needs are missing for too long.
     """
     config = scenario.config
-    vehicles = {name: Vehicle(config, scenario.seed, name, make_link) for name in config.team.vehicles}
+    vehicles = {name: Vehicle(config, scenario.seed, name) for name in config.team.vehicles}
     if controller is None:
         controller = FormationController(config)
     commands: Mapping[str, RotorCommand | None] = dict.fromkeys(vehicles)

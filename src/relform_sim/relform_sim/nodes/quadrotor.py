@@ -22,7 +22,6 @@ from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, Spinner, run_node
 from relform_ros.sensors.wire import wire
-from relform_sim.link import LinkFactory, radio_link
 from relform_sim.vehicle import Vehicle
 
 
@@ -36,7 +35,6 @@ class Quadrotor:
         scenario: LoadedScenario,
         roster: Roster,
         pacing: Pacing,
-        make_link: LinkFactory = radio_link,
     ) -> None:
         config = scenario.config
         self._team = config.team
@@ -44,7 +42,7 @@ class Quadrotor:
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
         self._wires = [(source, wire(source)) for source in config.sources_of(self._name)]
-        self._vehicle = Vehicle(config, scenario.seed, self._name, make_link)
+        self._vehicle = Vehicle(config, scenario.seed, self._name)
         self._parameters = LiveParameters(node, live_vehicle_values(scenario))
         self._pacing = pacing
         self._events = roster.commander(self._name).events
@@ -118,7 +116,7 @@ def _vehicle_name(node: Node, roster: Roster) -> str:
     return str(name)
 
 
-def build_quadrotor(node: Node, spinner: Spinner, make_link: LinkFactory = radio_link) -> Runnable:
+def build_quadrotor(node: Node, spinner: Spinner) -> Runnable:
     """A quadrotor in lock-step, by the parameters of the node.
 
     Raises:
@@ -128,7 +126,7 @@ def build_quadrotor(node: Node, spinner: Spinner, make_link: LinkFactory = radio
     roster = Roster.of(scenario.config, read_observers(node))
     vehicle = _vehicle_name(node, roster)
     pacing = LockstepPacing(node, spinner, scenario, roster)
-    return Quadrotor(node, vehicle, scenario, roster, pacing, make_link)
+    return Quadrotor(node, vehicle, scenario, roster, pacing)
 
 
 def main() -> int:
