@@ -101,12 +101,17 @@ def replace_by(value: Any) -> Callable[[Any, Path_], None]:
     return replace
 
 
-OPTIONAL = {"estimator", "formation_step"}
-"""Keys that a file may leave out."""
+OPTIONAL = {"estimator", "formation_step", "links"}
+"""Keys that a file may leave out, with all keys below them."""
 
 
 def is_key(path: Path_, value: Any) -> bool:
-    return isinstance(path[-1], str) and path[-1] not in {"kind", *OPTIONAL} and not is_named_by_user(path)
+    return (
+        isinstance(path[-1], str)
+        and path[-1] != "kind"
+        and OPTIONAL.isdisjoint(path)
+        and not is_named_by_user(path)
+    )
 
 
 def is_text(_: Path_, value: Any) -> bool:
@@ -288,6 +293,10 @@ OUT_OF_RANGE: dict[str, dict[str, tuple[float, str] | None]] = {
         "phases.*.motion.turn_s": POSITIVE,
         "phases.*.motion.radius_m": UNBOUNDED,
         "phases.*.motion.climb_m_s": UNBOUNDED,
+        "links.*.loss_probability": PROBABILITY,
+        "links.*.burst_s": NOT_NEGATIVE,
+        "links.*.delay_s": (1.5, "less than or equal to 1"),
+        "links.*.jitter_s": (1.5, "less than or equal to 1"),
         "plant.step_s": (0.006, "less than or equal to 0.005"),
         "lockstep.step_timeout_s": POSITIVE,
     },

@@ -188,6 +188,14 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
             f"events=[{{kind: command_loss, {EVENT}, probability: -0.5}}]",
             "events.0.probability: must be greater than or equal to 0 (got -0.5)",
         ),
+        (
+            f"events=[{{kind: link, {EVENT}, direction: left}}]",
+            "events.0.direction: must be 'up', 'down' or 'both' (got 'left')",
+        ),
+        (
+            "links={up: {burst_s: 0.5}}",
+            "links.up: burst_s 0.5 and burst_interval_s None: give both, or none",
+        ),
         ("seed=-1", "seed: must be a whole number of at least 0 (got -1)"),
         ("seed=true", "seed: must be a whole number of at least 0 (got True)"),
     ],
