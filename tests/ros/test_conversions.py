@@ -14,16 +14,18 @@ from hypothesis.extra.numpy import arrays
 from rclpy.serialization import serialize_message
 
 from relform_core.measurements import Odometry, RotorCommand
+from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS, AppliedRotorSpeeds
 from relform_core.sensors.barometer import AirPressure
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
 from relform_core.sensors.registry import SENSORS
-from relform_core.sensors.sensor import Sensor
+from relform_core.sensors.sensor import Source
 from relform_core.sensors.sonar import Sonar
 from relform_ros import commands
 from relform_ros import odometry as odometry_wire
 from relform_ros.rejection import Reason, RejectionError
+from relform_ros.sensors import applied_rotor_speeds as applied_wire
 from relform_ros.sensors import barometer as barometer_wire
 from relform_ros.sensors import imu as imu_wire
 from relform_ros.sensors import optic_flow as flow_wire
@@ -118,6 +120,14 @@ ROTOR_COMMAND = st.builds(
 )
 
 
+APPLIED = st.builds(
+    AppliedRotorSpeeds,
+    stamp_ns=STAMPS,
+    period_ns=st.integers(1, 10**10),
+    speeds=st.integers(0, 5).flatmap(lambda n: array(n, 4, elements=SPEED)),
+)
+
+
 @given(IMU)
 def test_imu_roundtrip(imu: Imu) -> None:
     message = over_the_wire(imu_wire.to_msg(imu, NAME))
@@ -189,6 +199,12 @@ def odometry_message() -> Any:
     )
 
 
+@given(APPLIED)
+def test_applied_rotor_speeds_roundtrip(applied: AppliedRotorSpeeds) -> None:
+    message = over_the_wire(applied_wire.to_msg(applied, NAME))
+    assert bits(applied_wire.from_msg(message, NAME, TEAM)) == bits(applied)
+
+
 def command_message() -> Any:
     speeds = np.arange(500.0, 504.0)
     return commands.rotor_command_to_msg(
@@ -200,12 +216,17 @@ def pressure_message() -> Any:
     return barometer_wire.to_msg(AirPressure(STAMP_NS, 101_300.5, 36.0), NAME)
 
 
+def applied_message() -> Any:
+    return applied_wire.to_msg(AppliedRotorSpeeds(STAMP_NS, 50_000_000, np.full((20, 4), 501.5)), NAME)
+
+
 KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "imu": (imu_message, lambda message: imu_wire.from_msg(message, NAME, TEAM)),
     "flow": (flow_message, lambda message: flow_wire.from_msg(message, NAME, TEAM)),
     "sonar": (sonar_message, lambda message: sonar_wire.from_msg(message, NAME, TEAM)),
     "bearings": (bearings_message, lambda message: bearings_wire.from_msg(message, NAME, TEAM)),
     "pressure": (pressure_message, lambda message: barometer_wire.from_msg(message, NAME, TEAM)),
+    "applied": (applied_message, lambda message: applied_wire.from_msg(message, NAME, TEAM)),
     "odometry": (odometry_message, lambda message: odometry_wire.odometry_from_msg(message, NAME)),
     "command": (command_message, lambda message: commands.rotor_command_from_msg(message, NAME)),
 }
@@ -300,6 +321,10 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("command", "predicted_speeds[0]", -2.0, Reason.INVALID, "predicted_speeds must not be negative"),
         ("command", "period.nanosec", 0, Reason.INVALID, "period must be positive (got 0 ns)"),
         ("command", "period.sec", -1, Reason.INVALID, "period must be positive"),
+        ("applied", "header.frame_id", "leader/base_link", Reason.FOREIGN, "frame_id"),
+        ("applied", "speeds[79]", -1.0, Reason.INVALID, "speeds must not be negative (got -1 rad/s)"),
+        ("applied", "speeds[0]", NAN, Reason.INVALID, "speeds must be finite"),
+        ("applied", "period.nanosec", 0, Reason.INVALID, "period must be positive (got 0 ns)"),
     ],
 )
 def test_rejected(kind: str, path: str, value: Any, reason: Reason, says: str) -> None:
@@ -326,6 +351,13 @@ def test_a_plan_with_an_incomplete_interval_is_rejected() -> None:
         commands.rotor_command_from_msg(over_the_wire(message), NAME)
 
 
+def test_an_acknowledgement_of_an_incomplete_interval_is_rejected() -> None:
+    message = applied_message()
+    message.speeds.pop()
+    with pytest.raises(RejectionError, match=re.escape("speeds must hold 4 per interval (got 79)")):
+        applied_wire.from_msg(over_the_wire(message), NAME, TEAM)
+
+
 def test_the_rates_of_an_optic_flow_are_marked_as_not_measured() -> None:
     message = flow_message()
     covariance = np.reshape(message.twist.covariance, (6, 6))
@@ -333,9 +365,9 @@ def test_the_rates_of_an_optic_flow_are_marked_as_not_measured() -> None:
     assert np.all(covariance[:3, 3:] == 0.0)
 
 
-@pytest.mark.parametrize("sensor", SENSORS, ids=lambda sensor: sensor.name)
-def test_every_registered_sensor_has_a_message_and_conversions(sensor: Sensor[Any, Any]) -> None:
-    conversion = wire(sensor)
+@pytest.mark.parametrize("source", [*SENSORS, APPLIED_ROTOR_SPEEDS], ids=lambda source: source.name)
+def test_all_that_vehicles_send_has_a_message_and_conversions(source: Source[Any]) -> None:
+    conversion = wire(source)
     assert serialize_message(conversion.MESSAGE())
     assert list(inspect.signature(conversion.from_msg).parameters) == ["msg", "vehicle", "team"]
     assert len(inspect.signature(conversion.to_msg).parameters) == 2

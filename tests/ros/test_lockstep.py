@@ -127,6 +127,18 @@ class TestInbox:
         assert inbox.take(4, due) == ["3 steps late", "1 step late", "on time"]
         assert rejected == []
 
+    def test_with_a_lead_messages_may_be_due_before_their_stamps(self, rejected: list[Reason]) -> None:
+        inbox = StepInbox[str](PERIOD_NS, lambda error: rejected.append(error.reason), lead=3)
+        inbox.take(4, {})
+        inbox.add(10 * PERIOD_NS, "of a sender in step 7")
+        with pytest.raises(RejectionError):
+            inbox.add(11 * PERIOD_NS, "of nobody")
+        inbox.add(8 * PERIOD_NS, "of a sender in step 5")
+        assert inbox.take(5, {8 * PERIOD_NS: 1}) == ["of a sender in step 5"]
+        assert inbox.take(6, {}) == []
+        assert inbox.take(7, {10 * PERIOD_NS: 1}) == ["of a sender in step 7"]
+        assert rejected == []
+
     def test_a_message_that_no_node_announces_is_rejected_after_two_steps(
         self, inbox: StepInbox[str], rejected: list[Reason]
     ) -> None:

@@ -100,7 +100,5 @@ def radio_link(config: ScenarioConfig, name: str, streams: Streams) -> Link:
         up=RadioChannel(
             lambda reading: of_sensor.get(reading[0].name), packets("up", config.links.up, Stream.LINK_UP)
         ),
-        down=RadioChannel(
-            lambda command: of_commands, packets("down", config.links.down, Stream.LINK_DOWN)
-        ),
+        down=RadioChannel(lambda command: of_commands, packets("down", config.links.down, Stream.LINK_DOWN)),
     )

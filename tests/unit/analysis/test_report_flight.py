@@ -188,9 +188,11 @@ def test_report_names_the_early_end_of_a_recording() -> None:
 def test_events_and_changes_are_in_the_configuration_with_their_times() -> None:
     gust = "{kind: wind, start_s: 1.5, end_s: 2.5, target: follower_1, force_n: [0.0, 3.5, 0.0]}"
     weak = "{kind: thrust_scale, start_s: 0.5, end_s: 4.0, target: leader, scale: 0.8}"
-    builder = perfect_builder(paper_scenario(f"events=[{gust}, {weak}]"), PHASES)
+    scenario = paper_scenario(f"events=[{gust}, {weak}]", "links.down.loss_probability=0.3")
+    builder = perfect_builder(scenario, PHASES)
     page = Page(flight_page(log := builder.build(), summary_of(log)))
     assert page.tables["interventions"][1:] == [
+        ["all the time", "all links, down", "loss_probability = 0.3"],
         ["0.5 to 4 s", "leader", "thrust scale, scale = 0.8"],
         ["1.5 to 2.5 s", "follower_1", "wind, force_n = [0.0, 3.5, 0.0]"],
     ]
@@ -199,7 +201,7 @@ def test_events_and_changes_are_in_the_configuration_with_their_times() -> None:
     change = ParametersSet({"weights.formation_per_m2": 12.0})
     builder.add_event(PerStep(20, 1_000_000_000, Event("/formation/controller", change)))
     page = Page(flight_page(log := builder.build(), summary_of(log)))
-    assert page.tables["interventions"][2] == [
+    assert page.tables["interventions"][3] == [
         "1.00 s", "/formation/controller", "set: weights.formation_per_m2 = 12",
     ]  # fmt: skip
     assert "changed in flight, see the table: saved as a file, it does not fly the same flight" in page.text

@@ -22,12 +22,21 @@ class Intervention:
 
 
 def interventions(log: FlightLog) -> list[Intervention]:
-    """The events of the scenario and the changes in flight, in the order of their times."""
-    timed = [(float(event["start_s"]), _event(event)) for event in log.scenario.written.get("events", ())]
+    """Imperfect links, the events of the scenario and the changes in flight, in the order of their times."""
+    timed = [(0.0, row) for row in _links(log)]
+    timed += [(float(event["start_s"]), _event(event)) for event in log.scenario.written.get("events", ())]
     for change in log.changes:
         time = change.stamp_ns / NANOSECONDS_PER_SECOND
         timed.append((time, Intervention(f"{time:.2f} s", change.source, f"set: {change.description}")))
     return [row for _, row in sorted(timed, key=lambda entry: entry[0])]
+
+
+def _links(log: FlightLog) -> list[Intervention]:
+    rows = []
+    for direction, keys in log.scenario.written.get("links", {}).items():
+        if acting := [f"{key} = {value}" for key, value in keys.items() if value]:
+            rows.append(Intervention("all the time", f"all links, {direction}", ", ".join(acting)))
+    return rows
 
 
 def _event(event: dict[str, Any]) -> Intervention:

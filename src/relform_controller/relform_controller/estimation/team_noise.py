@@ -54,7 +54,7 @@ class ProcessNoise:
 
 def per_state(
     position: float = 0.0,
-    velocity: float = 0.0,
+    velocity: float | tuple[float, float, float] = 0.0,
     tilt: float = 0.0,
     yaw: float = 0.0,
     rate: float = 0.0,
@@ -87,8 +87,9 @@ START = per_state(
 )
 """Of the first belief, before any measurement; the vehicles are level and at rest. Poses are known by
 measurements alone: these are large beside their errors."""
-HOVERED = per_state(position=0.05, velocity=0.1, tilt=0.05, yaw=0.05, rate=0.1)
-"""Of what vehicles that hover on their own sensors do, meanwhile."""
+HOVERED = per_state(position=0.05, velocity=(0.02, 0.02, 0.08), tilt=0.05, yaw=0.05, rate=0.1)
+"""Of what vehicles that hover on their own sensors do, meanwhile: the noise of the optic flow moves them up
+and down at once, and sideways only slowly."""
 FORCE_CHANGE = per_state(disturbance=0.5, thrust_scale=0.07)
 """Of a change of the forces on a vehicle, such as a gust or a failing rotor."""
 USUAL_FORCES = np.array([0.0, 0.0, 0.0, 1.0])
