@@ -57,9 +57,15 @@ class RawEstimatorConfig(Schema):
 
 
 class TeamEstimatorConfig(Schema):
-    """A Kalman filter of the whole team."""
+    """A Kalman filter of the whole team. The switches exist for ablations."""
 
     kind: Literal["team"]
+    detects_changes: bool = True
+    """Whether innovations that contradict the model make forces and torques uncertain again."""
+    gates_sightings: bool = True
+    """Whether sightings that contradict the belief are rejected."""
+    estimates_inertia: bool = True
+    """Whether the moments of inertia are part of the state; else their uncertainty is process noise."""
 
 
 EstimatorConfig = Annotated[RawEstimatorConfig | TeamEstimatorConfig, Field(discriminator="kind")]

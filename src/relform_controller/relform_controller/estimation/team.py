@@ -24,6 +24,7 @@ from relform_controller.ocp.model import RigidBody
 from relform_controller.ocp.problem import Prediction
 from relform_controller.ocp.rotor_lag import RotorLag
 from relform_core.arrays import Array
+from relform_core.controller_config import TeamEstimatorConfig
 from relform_core.measurements import TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.imu import IMU
@@ -85,10 +86,16 @@ class TeamEstimator:
         self._opposite = np.array([index[j, i] for i, j in self._pairs], dtype=np.intp)
         self._hover = np.full((n, layout.N_INPUT), config.vehicle.hover_thrust)
         self._filter = TeamFilter(self._body, n)
-        self._noise = team_noise.ProcessNoise()
+        chosen = config.controller.estimator
+        self._options = (
+            chosen if isinstance(chosen, TeamEstimatorConfig) else TeamEstimatorConfig(kind="team")
+        )
+        self._noise, first = team_noise.ProcessNoise(), team_noise.START
+        if not self._options.estimates_inertia:
+            self._noise, first = team_noise.NOISE_OF_NOMINAL_INERTIA, team_noise.START_OF_NOMINAL_INERTIA
         self._builder = ObservationBuilder(self._vehicles, config.sensors.of(SONAR).range_std)
         yaw_std_max = config.controller.relative_yaw_std_max
-        self._start = TeamStart(self._vehicles, self._filter, self._builder, self._hover, yaw_std_max)
+        self._start = TeamStart(self._vehicles, self._filter, self._builder, self._hover, yaw_std_max, first)
         used = {sensor.name for sensor in (IMU, OPTIC_FLOW, SONAR, RANGE_BEARING, LOCALIZATION)}
         self._sensors = {
             name: [sensor.name for sensor in config.sensors_of(name) if sensor.name in used]
@@ -150,7 +157,7 @@ class TeamEstimator:
         innovation = self._filter.innovation(belief, known.thrusts, observation)
         forces, drift = team_monitor.force_changes(innovation, memory.drift)
         torques = team_monitor.torque_changes(innovation)
-        if (forces | torques).any():
+        if (forces | torques).any() and self._options.detects_changes:
             changes = np.outer(forces, team_noise.FORCE_CHANGE) + np.outer(torques, team_noise.TORQUE_CHANGE)
             belief = belief.widened(np.diag(changes.reshape(-1)))
             observation.own[forces, team_model.FORCE_ROWS] = team_noise.USUAL_FORCES
@@ -172,7 +179,7 @@ class TeamEstimator:
         rejected = team_monitor.outlying_sightings(innovation, distances, seen, self._opposite)
         runs, contradictions = team_monitor.runs_of_rejections(innovation, rejected, seen, memory)
         self._note_sightings(stamp_ns, seen, rejected, distances)
-        if rejected.any():
+        if rejected.any() and self._options.gates_sightings:
             innovation = _without(innovation, rejected)
         belief = self._filter.correct(belief, innovation)
         for vehicle in team_monitor.misplaced_vehicles(runs, seen, self._pairs):

@@ -87,6 +87,10 @@ START = per_state(
 )
 """Of the first belief, before any measurement; the vehicles are level and at rest. Poses are known by
 measurements alone: these are large beside their errors."""
+NOISE_OF_NOMINAL_INERTIA = ProcessNoise(rate=2e-3, inertia=0.06)
+START_OF_NOMINAL_INERTIA = START.copy()
+START_OF_NOMINAL_INERTIA[team_model.INERTIA_SCALE] = 1e-6
+"""For a filter that takes the nominal moments of inertia as they are: their error is process noise."""
 HOVERED = per_state(position=0.05, velocity=(0.02, 0.02, 0.08), tilt=0.05, yaw=0.05, rate=0.1)
 """Of what vehicles that hover on their own sensors do, meanwhile: the noise of the optic flow moves them up
 and down at once, and sideways only slowly."""

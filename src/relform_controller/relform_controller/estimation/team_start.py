@@ -57,6 +57,7 @@ class TeamStart:
         builder: of its observations.
         hover: thrusts of all rotors in a hover [N], shape (vehicle, 4).
         yaw_std_max: beyond this a relative yaw counts as unobservable [rad].
+        deviations: standard deviations of a vehicle's first belief, shape (19,).
     """
 
     def __init__(
@@ -66,8 +67,10 @@ class TeamStart:
         builder: ObservationBuilder,
         hover: Array,
         yaw_std_max: float,
+        deviations: Array = team_noise.START,
     ) -> None:
         self._vehicles = vehicles
+        self._deviations = deviations
         self._filter = team_filter
         self._builder = builder
         self._hover = hover
@@ -96,7 +99,7 @@ class TeamStart:
             return Waiting(states)
         self._start_ns = max(each.stamp_ns for each in self._newest.values())
         is_at_rest = self._start_ns <= self._since_ns
-        deviations = team_noise.START if is_at_rest else np.hypot(team_noise.START, team_noise.HOVERED)
+        deviations = self._deviations if is_at_rest else np.hypot(self._deviations, team_noise.HOVERED)
         factor = np.diag(np.tile(deviations, len(self._vehicles)))
         everything = self._observation(None)
         fitted = self._corrected(Belief(states, factor), everything)
