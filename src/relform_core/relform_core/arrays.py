@@ -8,3 +8,6 @@ Array = npt.NDArray[np.float64]
 
 Integers = npt.NDArray[np.int64]
 """Whole numbers, such as instants in nanoseconds."""
+
+Mask = npt.NDArray[np.bool_]
+"""True where something holds."""

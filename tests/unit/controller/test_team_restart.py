@@ -8,8 +8,10 @@ from relform_controller.estimation.team_geometry import covariances, states_and_
 from relform_controller.estimation.team_restart import placed_again, unanchored
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
+from relform_controller.ocp.model import RigidBody
 from relform_core.arrays import Array
 from relform_core.sensors.range_bearing import RangeBearing
+from support.scenarios import paper_scenario
 from support.states import random_state
 
 N, SIZE = 3, 3 * team_model.N_FILTER_STATE
@@ -95,3 +97,21 @@ def test_without_anchor_the_team_turns_as_a_rigid_body() -> None:
     without_shift -= shift.reshape(-1, 3) @ shift.reshape(-1, 3).T
     expected = team_noise.UNANCHORED_YAW**2 * np.outer(direction, direction)
     np.testing.assert_allclose(without_shift, expected, atol=1e-5)
+
+
+def test_a_change_has_moved_its_vehicle_before_it_was_seen() -> None:
+    """The deviations are those of the model: of one interval with another disturbance or thrust scale."""
+    body = RigidBody.from_config(paper_scenario().config.vehicle)
+    state, thrusts = random_belief(7).states[1], np.array([1.6, 1.9, 1.5, 2.1])
+    state[layout.RATE] = 0.0
+    states = np.array([state, state])
+    forces, torques = np.array([False, True]), np.array([True, False])
+    columns = team_noise.changes(states, forces, torques, np.full(2, thrusts.sum() / body.mass), 0.05)
+    assert columns.shape == (2 * team_model.N_FILTER_STATE, 7)
+    assert np.flatnonzero(columns[: team_model.N_FILTER_STATE].any(axis=1)).tolist() == [9, 10, 11]
+    transition = team_model.transition(body)
+    for column in columns[team_model.N_FILTER_STATE :, :4].T:
+        changed = state.copy()
+        changed[12:16] += 1e-3 * column[12:16]
+        moved, base = (np.array(transition(each, thrusts, 0.05)[0])[:, 0] for each in (changed, state))
+        np.testing.assert_allclose((moved - base)[:6] / 1e-3, column[:6], atol=2e-3)

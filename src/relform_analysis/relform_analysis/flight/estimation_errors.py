@@ -8,13 +8,10 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.tracking_errors import relative_positions, yaw_of
-from relform_core.arrays import Array
-
-Mask = npt.NDArray[np.bool_]
+from relform_core.arrays import Array, Mask
 
 CONFIDENCE = 0.95
 

@@ -26,12 +26,10 @@ from relform_analysis.flight.tracking_errors import (
     scored_pairs,
 )
 from relform_analysis.flight.view_margins import view_margins
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Mask
 from relform_core.names import SolverState
 from relform_core.phases_config import PhaseConfig
 from relform_core.units import NANOSECONDS_PER_SECOND, rpm_to_rad_s, seconds_to_ns
-
-Mask = npt.NDArray[np.bool_]
 
 AT_LIMIT = rpm_to_rad_s(1.0)
 """A rotor whose commanded speed is this close to a limit counts as saturated [rad/s]."""

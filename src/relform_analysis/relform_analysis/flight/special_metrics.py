@@ -3,13 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from relform_analysis.flight.log import FlightLog
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Mask
 from relform_core.units import NANOSECONDS_PER_SECOND, seconds_to_ns
-
-Mask = npt.NDArray[np.bool_]
 
 SETTLED = 0.05
 """A formation error below this counts as settled [m], ..."""

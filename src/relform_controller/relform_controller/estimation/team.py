@@ -23,7 +23,7 @@ from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody
 from relform_controller.ocp.problem import Prediction
 from relform_controller.ocp.rotor_lag import RotorLag
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Mask
 from relform_core.controller_config import TeamEstimatorConfig
 from relform_core.measurements import TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
@@ -158,8 +158,12 @@ class TeamEstimator:
         forces, drift = team_monitor.force_changes(innovation, memory.drift)
         torques = team_monitor.torque_changes(innovation)
         if (forces | torques).any() and self._options.detects_changes:
-            changes = np.outer(forces, team_noise.FORCE_CHANGE) + np.outer(torques, team_noise.TORQUE_CHANGE)
-            belief = belief.widened(np.diag(changes.reshape(-1)))
+            specific_thrusts = known.thrusts.sum(axis=1) / self._body.mass
+            belief = belief.widened(
+                team_noise.changes(
+                    belief.states, forces, torques, specific_thrusts, self._period_ns / NANOSECONDS_PER_SECOND
+                )
+            )
             observation.own[forces, team_model.FORCE_ROWS] = team_noise.USUAL_FORCES
             observation.own_weights[forces, team_model.FORCE_ROWS] = 1.0 / team_noise.USUAL_FORCES_STD
             innovation = self._filter.innovation(belief, known.thrusts, observation)
@@ -206,9 +210,7 @@ class TeamEstimator:
                 return placed
         return belief
 
-    def _note_sightings(
-        self, stamp_ns: int, seen: team_monitor.Mask, rejected: team_monitor.Mask, distances: Array
-    ) -> None:
+    def _note_sightings(self, stamp_ns: int, seen: Mask, rejected: Mask, distances: Array) -> None:
         """Count what is new in this update: a late message repeats the corrections that follow it."""
         for pair in np.flatnonzero(seen):
             observer, target = (self._vehicles[vehicle] for vehicle in self._pairs[pair])
@@ -245,7 +247,7 @@ class TeamEstimator:
         )
 
 
-def _without(innovation: Innovation, rejected: team_monitor.Mask) -> Innovation:
+def _without(innovation: Innovation, rejected: Mask) -> Innovation:
     """The same without the sightings that are rejected."""
     keep = ~rejected
     return replace(

@@ -10,11 +10,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from relform_controller.estimation import team_model
 from relform_controller.estimation.team_filter import Innovation, squared_distances
-from relform_core.arrays import Array, Integers
+from relform_core.arrays import Array, Integers, Mask
 
 SIGHTING_GATE = 16.27
 """99.9 % of the chi-square distribution with three degrees of freedom."""
@@ -35,8 +34,6 @@ RUN = 10
 """After so many rejections in a row the belief counts as wrong."""
 
 LOCALIZATION_ROWS = [*range(team_model.N_OWN_ROWS)[team_model.POSITION_ROWS], team_model.YAW_ROW]
-
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,9 @@ import numpy as np
 from relform_controller.estimation import team_model
 from relform_controller.estimation.team_model import N_FILTER_STATE
 from relform_controller.ocp import layout
+from relform_controller.ocp.frames import rotation_CB, rotation_z
 from relform_controller.ocp.model import RigidBody, torque_by_thrusts
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Mask
 
 
 @dataclass(frozen=True)
@@ -94,18 +95,55 @@ START_OF_NOMINAL_INERTIA[team_model.INERTIA_SCALE] = 1e-6
 HOVERED = per_state(position=0.05, velocity=(0.02, 0.02, 0.08), tilt=0.05, yaw=0.05, rate=0.1)
 """Of what vehicles that hover on their own sensors do, meanwhile: the noise of the optic flow moves them up
 and down at once, and sideways only slowly."""
-FORCE_CHANGE = per_state(disturbance=0.5, thrust_scale=0.07)
-"""Of a change of the forces on a vehicle, such as a gust or a failing rotor."""
 USUAL_FORCES = np.array([0.0, 0.0, 0.0, 1.0])
 """Disturbance and thrust scale of a vehicle of which nothing else is known."""
 USUAL_FORCES_STD = np.array([1.5, 1.5, 1.5, 0.15])
 """Their standard deviations. After a change they count as a measurement: a thrust scale and a vertical
 disturbance that cancel each other cannot run away."""
-TORQUE_CHANGE = per_state(rate=0.5)
-"""Of a change of the torques on a vehicle that its model does not explain."""
+FORCE_CHANGE = 0.5
+"""Change of the forces on a vehicle, such as a gust [m/s^2]."""
+THRUST_SCALE_CHANGE = 0.07
+"""Change of the thrust of its rotors, relative."""
+RATE_CHANGE = 0.5
+"""Change of its rates by torques that the model does not explain [rad/s]."""
 RESTART = per_state(position=0.2, velocity=0.3, yaw=0.2, disturbance=0.5)
 """Of a vehicle that is placed again by one sighting each way."""
 UNANCHORED_POSITION = 1.0
 """Of the whole team, when its localization has jumped [m]."""
 UNANCHORED_YAW = 0.3
 """Likewise [rad]."""
+
+
+def changes(states: Array, forces: Mask, torques: Mask, specific_thrusts: Array, duration: float) -> Array:
+    """What a change in the last interval may have done, as independent deviations.
+
+    A force that changed has moved its vehicle before the change could be seen.
+
+    Args:
+        states: of all vehicles, shape (vehicle, 19).
+        forces: the vehicles on which the forces have changed, shape (vehicle,).
+        torques: likewise the torques.
+        specific_thrusts: nominal thrust per mass of each vehicle [m/s^2], shape (vehicle,).
+        duration: of the interval [s].
+    Returns:
+        Shape (19 n, m).
+    """
+    columns = []
+    for vehicle in np.flatnonzero(forces):
+        roll, pitch, yaw = states[vehicle, layout.RPY].tolist()
+        thrust_N = specific_thrusts[vehicle] * (rotation_z(yaw) @ rotation_CB(roll, pitch))[:, 2]
+        for acceleration_N, size, parameter in (
+            *zip(np.eye(3), [FORCE_CHANGE] * 3, range(12, 15), strict=True),
+            (thrust_N, THRUST_SCALE_CHANGE, team_model.THRUST_SCALE),
+        ):
+            column = np.zeros(states.shape)
+            column[vehicle, layout.POSITION] = 0.5 * size * duration**2 * acceleration_N
+            column[vehicle, layout.VELOCITY] = size * duration * acceleration_N
+            column[vehicle, parameter] = size
+            columns.append(column)
+    for vehicle in np.flatnonzero(torques):
+        for axis in range(3):
+            column = np.zeros(states.shape)
+            column[vehicle, range(12)[layout.RATE][axis]] = RATE_CHANGE
+            columns.append(column)
+    return np.array(columns).reshape(len(columns), -1).T
