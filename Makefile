@@ -1,6 +1,7 @@
 # `make` alone lists the targets. Every target runs set-up first.
 
 SCENARIO ?= paper
+CONTROLLER ?= team
 PYTHON_IN_VENV := .venv/bin/python
 
 .NOTPARALLEL: # `make lint test` runs in this order, with any -j
@@ -14,8 +15,8 @@ setup: ## make the Python environment and build the workspace; later only what c
 	@setup/setup.sh
 
 .PHONY: demo
-demo: setup ## fly the paper's scenario (SEED=7, SCENARIO=name or file, ARGS="--no-record")
-	@$(PYTHON_IN_VENV) scripts/fly.py --scenario $(SCENARIO) $(if $(SEED),--seed $(SEED)) $(ARGS)
+demo: setup ## fly the paper's scenario (SEED=7, SCENARIO=name or file, CONTROLLER=retuned, ARGS="--no-record")
+	@$(PYTHON_IN_VENV) scripts/fly.py --scenario $(SCENARIO) --set controller=$(CONTROLLER) $(if $(SEED),--seed $(SEED)) $(ARGS)
 
 .PHONY: test
 test: setup ## run all tests (some: ARGS="tests/unit -k yaw")

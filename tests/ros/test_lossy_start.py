@@ -11,7 +11,10 @@ from relform_analysis.flight.from_bag import read_flight_log
 from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.replay.command import EQUAL
 from relform_analysis.replay.command import main as replay
+from relform_bags.from_bag import decode
+from relform_bags.reader import BagMessage, read_bag
 from relform_core.load import load_scenario
+from relform_core.names import CONTROLLER_NODE, DIAGNOSTICS
 from support.nodes import short
 from support.scenarios import PAPER
 
@@ -43,6 +46,18 @@ def fly(folder: Path, *overrides: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=100, check=False)
 
 
+def diagnostics_of_the_controller(run: Path) -> dict[str, str]:
+    """What it said last."""
+    (*_, status) = (
+        status
+        for entry in read_bag(run, {DIAGNOSTICS})
+        if isinstance(entry, BagMessage)
+        for status in decode(entry).status
+        if status.name == CONTROLLER_NODE
+    )
+    return {entry.key: entry.value for entry in status.values}
+
+
 @pytest.mark.parametrize("overrides", [(), FROM_ANYWHERE], ids=["raw", "team_from_anywhere"])
 def test_a_late_start_is_the_same_flight_with_ros_without_and_replayed(
     tmp_path: Path, overrides: tuple[str, ...]
@@ -55,6 +70,14 @@ def test_a_late_start_is_the_same_flight_with_ros_without_and_replayed(
     assert log.tick_of_step[0] == expected.tick_of_step[0] > 0
     assert log.p_NB_N.tobytes() == expected.p_NB_N.tobytes()
     assert log.rotor_speeds.tobytes() == expected.rotor_speeds.tobytes()
+    assert log.pair_covariance.tobytes() == expected.pair_covariance.tobytes()
+    assert log.leader_covariance.tobytes() == expected.leader_covariance.tobytes()
+    for name, values in expected.estimator.items():
+        assert log.estimator[name].tobytes() == values.tobytes(), name
+    told = diagnostics_of_the_controller(folder)
+    assert told["estimator.mode"] in ("measured", "predicted")
+    assert (told["estimator.nis_dof"] == "0") is (not overrides)  # only the team estimator has innovations
+    assert 0 <= int(told["estimator.rejected"]) < 10
     assert replay([str(folder)]) == EQUAL
 
 

@@ -1,5 +1,7 @@
 """The plots over time of what the estimator did: its errors beside what it thinks of them."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from relform_analysis.flight.estimation_errors import (
@@ -41,9 +43,9 @@ def estimation_panels(log: FlightLog) -> list[Panel]:
             _position(name, EstimationErrors(between.errors[:, index], between.covariances[:, index]))
             for index, name in enumerate(names)
         ),
-        Panel("Estimate − truth: relative yaw, 2σ", "deg", 2, yaws),
+        _errors("relative yaw", "deg", 2, yaws),
         _position(log.vehicles[log.leader], leader),
-        Panel(f"Estimate − truth: yaw of {log.vehicles[log.leader]}, 2σ", "deg", 2, [leader_yaw]),
+        _errors(f"yaw of {log.vehicles[log.leader]}", "deg", 2, [leader_yaw]),
         *_innovations(log),
         Panel(
             f"Estimator: mode ({MODES})", "", 0, [Line("mode", "series-0", log.estimator["mode"])], steps=True
@@ -64,7 +66,12 @@ def _position(name: str, estimate: EstimationErrors) -> Panel:
         Line(axis, f"rotor-{index}", millimetres[:, index], _band(deviations[:, index]))
         for index, axis in enumerate(AXES)
     ]
-    return Panel(f"Estimate − truth: {name}, 2σ", "mm", 1, lines)
+    return _errors(name, "mm", 1, lines)
+
+
+def _errors(name: str, unit: str, digits: int, lines: Sequence[Line]) -> Panel:
+    bands = ", 2σ" if any(line.band is not None for line in lines) else ""
+    return Panel(f"Estimate − truth: {name}{bands}", unit, digits, lines)
 
 
 def _angle(name: str, colour: str, error: Array, deviation: Array) -> Line:
