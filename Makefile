@@ -31,7 +31,7 @@ accuracy: setup ## fly the accuracy table into runs/accuracy, raw beside team; c
 	@$(PYTHON_IN_VENV) scripts/accuracy.py $(ARGS)
 
 .PHONY: bench
-bench: setup ## measure the speed of the solver and of flights without ROS
+bench: setup ## measure the speed of estimator, solver and flights without ROS
 	@$(PYTHON_IN_VENV) scripts/bench.py $(ARGS)
 
 .PHONY: lint

@@ -1,7 +1,7 @@
-"""Benchmark: the time of an SQP step, and the real-time factor of a flight without ROS."""
+"""Benchmark: the time of an estimate and of an SQP step, and the real-time factor of a flight without ROS."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +10,13 @@ from rich.table import Table
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
+from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
+from relform_controller.estimation.registry import make_estimator
+from relform_controller.formation_controller import FormationController
+from relform_controller.ocp.problem import Prediction
 from relform_core.arrays import Array
 from relform_core.load import LoadedScenario, load_scenario
+from relform_core.measurements import TeamMeasurements
 from relform_core.script import CommandParser, command, positive
 
 
@@ -22,6 +27,8 @@ class Timed:
     log: FlightLog
     cpu_time: float
     """CPU time of this process [s]."""
+    estimate_times: Array
+    """Of each control step after the start [s]."""
 
     @property
     def realtime_factor(self) -> float:
@@ -29,10 +36,33 @@ class Timed:
         return self.log.flown / self.cpu_time
 
 
+class TimedEstimator:
+    """An estimator, and the time that each update took."""
+
+    def __init__(self, estimator: Estimator) -> None:
+        self._estimator = estimator
+        self.times: list[float] = []
+        """[s]."""
+
+    @property
+    def estimates_disturbances(self) -> bool:
+        """See ``Estimator``."""
+        return self._estimator.estimates_disturbances
+
+    def update(
+        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
+    ) -> TeamEstimate | Waiting:
+        """See ``Estimator``."""
+        begin = time.perf_counter()
+        estimate = self._estimator.update(measurements, applied, predicted)
+        self.times.append(time.perf_counter() - begin)
+        return estimate
+
+
 @command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure and print; returns the exit code, 2 if the scenario cannot be flown."""
-    parser = CommandParser(prog="bench", description="Measure solver and flight, without ROS.")
+    parser = CommandParser(prog="bench", description="Measure estimator, solver and flight, without ROS.")
     parser.add_argument("--scenario", default="paper", help="path or plain name (default: paper)")
     parser.add_argument("--flights", type=positive, default=5, help="flights to measure (default 5)")
     parser.add_argument("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE")
@@ -45,9 +75,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _timed(scenario: LoadedScenario) -> Timed:
+    estimator = TimedEstimator(make_estimator(scenario.config))
+    controller = FormationController(scenario.config, estimator=estimator)
     begin = time.process_time()
-    log = fly_in_process(scenario)
-    return Timed(log, time.process_time() - begin)
+    log = fly_in_process(scenario, controller)
+    return Timed(log, time.process_time() - begin, np.array(estimator.times[1:]))
 
 
 def _table(scenario: LoadedScenario, flights: Sequence[Timed]) -> Table:
@@ -68,6 +100,7 @@ def _table(scenario: LoadedScenario, flights: Sequence[Timed]) -> Table:
         # The first control step iterates to convergence and is no measure of the others.
         return np.concatenate([flight.log.solver[name][1:] for flight in flights])
 
+    add("estimate (ms)", 1e3 * np.concatenate([flight.estimate_times for flight in flights]), 2)
     prepare, feedback, steps = (solver(name) for name in ("prepare_time", "feedback_time", "sqp_steps"))
     add("prepare, per control step (ms)", 1e3 * prepare, 2)
     add("feedback, per control step (ms)", 1e3 * feedback, 2)

@@ -58,15 +58,17 @@ def simulate(
         commands = dict.fromkeys(vehicles) if decision is None else decision.commands
 
 
-def fly_in_process(scenario: LoadedScenario) -> FlightLog:
+def fly_in_process(scenario: LoadedScenario, controller: FormationController | None = None) -> FlightLog:
     """Fly a scenario to its end, or to the first fault, which is then in the log.
 
+    Args:
+        controller: None: that of the scenario.
     Raises:
         FlightError: measurements that the start needs are missing for too long.
     """
     log = FlightLogBuilder(scenario)
     with one_blas_thread():
-        for step in simulate(scenario):
+        for step in simulate(scenario, controller=controller):
             for name, odometry in step.ground_truth.items():
                 log.add_ground_truth(name, odometry)
             for name, fault in step.faults.items():
