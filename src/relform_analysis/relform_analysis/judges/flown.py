@@ -54,7 +54,7 @@ def fly(scenario: LoadedScenario) -> list[FlownStep]:
             if step.decision is None:
                 continue
             speeds = np.array([step.decision.commands[name].speeds for name in config.team.vehicles])
-            states = np.array([_state(odometry) for odometry in step.ground_truth.values()])
+            states = np.array([true_state(odometry) for odometry in step.ground_truth.values()])
             thrusts = config.vehicle.thrust_coefficient * speeds**2
             steps.append(FlownStep(states, thrusts, builder.build(_measured(step)), step.decision.state))
     return steps
@@ -69,7 +69,8 @@ def _measured(step: SimulatedStep) -> dict[tuple[str, str], object]:
     }
 
 
-def _state(odometry: Odometry) -> Array:
+def true_state(odometry: Odometry) -> Array:
+    """The state of ``team_model`` of a vehicle, undisturbed and nominal, shape (19,)."""
     state = np.zeros(team_model.N_FILTER_STATE)
     state[layout.POSITION] = odometry.p_NB_N
     state[layout.RPY] = rpy_from_quaternion(odometry.q_NB)

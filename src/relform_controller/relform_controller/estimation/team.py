@@ -104,6 +104,8 @@ class TeamEstimator:
         self._health = TeamHealth(self._sensors, 0)
         self._timeline: Timeline[_Known] | None = None
         self._findings = _Findings(set())
+        self.belief: Belief | None = None
+        """After the measurements of the last update; None: there is none yet."""
 
     def update(
         self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
@@ -127,6 +129,7 @@ class TeamEstimator:
         known = self._timeline.come_forward(now_ns, self._correct, self._predict)
         self._timeline.forget(now_ns - HISTORY_STEPS * self._period_ns)
         self._health.note(measurements)
+        self.belief = known.belief
         return self._estimate(now_ns, known.belief)
 
     def _timeline_from(self, first: FirstBelief) -> Timeline[_Known]:
