@@ -34,6 +34,7 @@ RUN = 10
 """After so many rejections in a row the belief counts as wrong."""
 
 LOCALIZATION_ROWS = [*range(team_model.N_OWN_ROWS)[team_model.POSITION_ROWS], team_model.YAW_ROW]
+TORQUE_ROWS = slice(team_model.TILT_ROWS.start, team_model.RATE_ROWS.stop)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +58,7 @@ class Memory:
 
 def torque_changes(innovation: Innovation) -> Mask:
     """Which vehicles' tilt and rates show that their torques are not those of the model, shape (vehicle,)."""
-    rows = [
-        *range(team_model.N_OWN_ROWS)[team_model.TILT_ROWS],
-        *range(team_model.N_OWN_ROWS)[team_model.RATE_ROWS],
-    ]
-    return squared_distances(innovation.own[:, rows], innovation.own_rows[:, rows]) > TORQUE_GATE
+    return _beyond(innovation.own[:, TORQUE_ROWS], innovation.own_rows[:, TORQUE_ROWS], TORQUE_GATE)
 
 
 def force_changes(innovation: Innovation, drift: Array) -> tuple[Mask, Array]:
@@ -87,9 +84,13 @@ def force_changes(innovation: Innovation, drift: Array) -> tuple[Mask, Array]:
 
 def localization_misfits(innovation: Innovation) -> bool:
     """Whether the leader's localization contradicts the belief."""
-    r = innovation.own[:1, LOCALIZATION_ROWS]
-    distance = squared_distances(r, innovation.own_rows[:1, LOCALIZATION_ROWS])
-    return bool(distance[0] > LOCALIZATION_GATE)
+    return bool(
+        _beyond(
+            innovation.own[:1, LOCALIZATION_ROWS],
+            innovation.own_rows[:1, LOCALIZATION_ROWS],
+            LOCALIZATION_GATE,
+        )[0]
+    )
 
 
 def outlying_sightings(innovation: Innovation, distances: Array, seen: Mask, opposite: Integers) -> Mask:
@@ -139,6 +140,14 @@ def misplaced_vehicles(runs: Integers, seen: Mask, pairs: tuple[tuple[int, int],
         if any(each.any() and contradicted[each].all() for each in (by_it, of_it)):
             found.append(vehicle)
     return found
+
+
+def _beyond(innovations: Array, rows: Array, gate: float) -> Mask:
+    """Which groups of whitened innovations have a squared distance above a gate, shape (group,)."""
+    beyond: Mask = (innovations**2).sum(axis=1) > gate  # the distance is at most that of a certain belief
+    if beyond.any():
+        beyond &= squared_distances(innovations, rows) > gate
+    return beyond
 
 
 def _disagreement(innovation: Innovation, opposite: Integers) -> Array:

@@ -1,5 +1,6 @@
 """Measurements of one instant as an observation of the team filter."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -30,7 +31,7 @@ class ObservationBuilder:
     """
 
     def __init__(self, vehicles: tuple[str, ...], height_std: float) -> None:
-        self._vehicles = vehicles
+        self._vehicles = {name: index for index, name in enumerate(vehicles)}
         self._pairs = {
             (vehicles[i], vehicles[j]): pair for pair, (i, j) in enumerate(ordered_pairs(len(vehicles)))
         }
@@ -49,7 +50,7 @@ class ObservationBuilder:
         seen_pairs: list[int] = []
         covariances: list[Array] = []
         for (name, _), measurement in measured.items():
-            vehicle = self._vehicles.index(name)
+            vehicle = self._vehicles[name]
             own, weights = observation.own[vehicle], observation.own_weights[vehicle]
             match measurement:
                 case Imu():
@@ -64,7 +65,7 @@ class ObservationBuilder:
                 case OpticFlow():
                     own[team_model.FLOW_ROWS] = measurement.v_NB_B
                     weights[team_model.FLOW_ROWS] = self._weights(measurement.covariance)
-                case Sonar() if np.isfinite(measurement.range):
+                case Sonar() if math.isfinite(measurement.range):
                     own[team_model.HEIGHT_ROW] = measurement.range
                     weights[team_model.HEIGHT_ROW] = self._height_weight
                 case Odometry():
