@@ -1,5 +1,7 @@
 """Flights of other vehicles and teams than the paper's, with one tuning."""
 
+import pytest
+
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.simulate import fly_in_process
 from relform_core.load import load_scenario
@@ -8,9 +10,10 @@ from support.scenarios import CONFIG_FOLDER, paper_scenario
 TEAM = "controller=team"
 
 
-def test_rotors_with_a_lag_of_one_control_period() -> None:
-    """It is known to filter and prediction; a controller that does not know of it crashes."""
-    log = fly_in_process(paper_scenario(TEAM, "vehicle.rotor_time_constant_s=0.05", seed=11))
+@pytest.mark.parametrize("key", ["vehicle", "plant"], ids=["configured", "to_be_found"])
+def test_rotors_with_a_lag_of_one_control_period(key: str) -> None:
+    """A controller that does not know of it crashes."""
+    log = fly_in_process(paper_scenario(TEAM, f"{key}.rotor_time_constant_s=0.05", seed=11))
     assert not log.faults
     assert flight_metrics(log).score.formation.steady.mean < 0.012  # without lag: 0.008
 

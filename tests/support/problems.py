@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody, rk4_step
 from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.rotor_lag import RotorLag, Rotors
 from relform_controller.ocp.terms.registry import make_terms
 from relform_controller.solver.dense.rti import RealTimeIteration
 from relform_controller.solver.kernels import Kernels
@@ -57,7 +58,11 @@ class Problem:
 
     @property
     def start(self) -> HorizonStart:
-        return HorizonStart(self.initial_states, self.rotor_thrusts, self.applied_thrusts)
+        return HorizonStart(self.initial_states, self.rotors, self.applied_thrusts)
+
+    @property
+    def rotors(self) -> Rotors:
+        return Rotors(RotorLag(self.config.vehicle.rotor_time_constant), self.rotor_thrusts)
 
     @property
     def ocp(self) -> Ocp:
@@ -115,16 +120,15 @@ def _step(body: RigidBody, period: float, n_vehicles: int) -> ca.Function:
     return ca.Function("step", [x, u], [rk4_step(x, u, body, period)]).map(n_vehicles)
 
 
-def mean_thrusts(ocp: Ocp, commands: Array, rotor_thrusts: Array) -> Array:
+def mean_thrusts(time_constant: float, stage: float, commands: Array, rotor_thrusts: Array) -> Array:
     """Of every stage, from the matrix exponential of the lag; shape (vehicle, stage, N_INPUT)."""
-    time_constant = ocp.rotor_lag.time_constant
     if time_constant == 0.0:
         return commands
     # Thrust, its integral, and the command, over one stage.
     rates = np.array([[-1.0, 0.0, 1.0], [time_constant, 0.0, 0.0], [0.0, 0.0, 0.0]]) / time_constant
-    (after, integral, _), thrusts, found = expm(rates * ocp.stage), rotor_thrusts, []
+    (after, integral, _), thrusts, found = expm(rates * stage), rotor_thrusts, []
     for command in np.moveaxis(commands, 1, 0):
-        found.append((integral[0] * thrusts + integral[2] * command) / ocp.stage)
+        found.append((integral[0] * thrusts + integral[2] * command) / stage)
         thrusts = after[0] * thrusts + after[2] * command
     return np.stack(found, axis=1)
 
@@ -132,8 +136,9 @@ def mean_thrusts(ocp: Ocp, commands: Array, rotor_thrusts: Array) -> Array:
 def simulated_plan(problem: Problem, commands: Array, initial_states: Array | None = None) -> Plan:
     """A plan that obeys the dynamics, from the start of a problem or from other states."""
     states = problem.initial_states if initial_states is None else initial_states
-    means = mean_thrusts(problem.ocp, commands, problem.rotor_thrusts)
-    return Plan(simulate(problem.ocp, states, means), commands, problem.rotor_thrusts)
+    time_constant = problem.config.vehicle.rotor_time_constant
+    means = mean_thrusts(time_constant, problem.ocp.stage, commands, problem.rotor_thrusts)
+    return Plan(simulate(problem.ocp, states, means), commands, problem.rotors)
 
 
 def simulate(ocp: Ocp, initial_states: Array, thrusts: Array) -> Array:
@@ -162,7 +167,8 @@ def residual(
     alike has them.
     """
     ocp, poses = problem.ocp, problem.poses
-    means = mean_thrusts(ocp, thrusts, problem.rotor_thrusts if rotor_thrusts is None else rotor_thrusts)
+    rotor_thrusts = problem.rotor_thrusts if rotor_thrusts is None else rotor_thrusts
+    means = mean_thrusts(problem.config.vehicle.rotor_time_constant, ocp.stage, thrusts, rotor_thrusts)
     states = simulate(ocp, initial_states, means)
     p_NB_N = np.array(
         [

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from relform_controller.ocp.problem import Plan, Prediction, TeamGeometry
+from relform_controller.ocp.rotor_lag import RotorLag, Rotors
 from relform_controller.ocp.terms.term import CompiledFunction
 from relform_controller.solver.warm_start import transform
 from relform_core.arrays import Array
@@ -31,5 +32,6 @@ def predict_ahead(
     for each in mean_thrusts:
         (states,) = predict(states, each, *disturbances)
     none = np.empty((len(states), 0))
-    moved, geometry_ahead = transform(Plan(states[:, None], none, none), geometry, pairs)
+    rotors = Rotors(RotorLag(0.0), none)
+    moved, geometry_ahead = transform(Plan(states[:, None], none, rotors), geometry, pairs)
     return Prediction(moved.states[:, 0], geometry_ahead)

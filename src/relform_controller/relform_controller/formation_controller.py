@@ -12,6 +12,7 @@ from relform_controller.estimation.registry import make_estimator
 from relform_controller.input_log import InputLog
 from relform_controller.ocp.frames import wrap_angle
 from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, Prediction
+from relform_controller.ocp.rotor_lag import RotorLag
 from relform_controller.ocp.terms.registry import make_terms
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
@@ -93,6 +94,7 @@ class FormationController:
         self._prediction: Prediction | None = None
         self._estimated: tuple[int, TeamEstimate] | None = None
         """The last instant with an estimate [ns], and the estimate."""
+        self._rotor_lag = RotorLag(config.vehicle.rotor_time_constant)
         self._inputs = InputLog(self._vehicles, self._period_ns, config.vehicle)
         self._waiting_since_ns: int | None = None
         self._mission_start_ns: int | None = None
@@ -149,11 +151,13 @@ class FormationController:
         reference = HorizonReference(asked.p_B1B2_C1[:, 1:], asked.leader.p_NB_N[1:], asked.leader.yaw_NB[1:])
         estimate = _unwrapped(estimate, float(asked.leader.yaw_NB[0]))
         self._estimated = now_ns, estimate
+        if estimate.rotor_lag is not None:
+            self._rotor_lag = estimate.rotor_lag
         start_ns = now_ns + self._lead_ns
         predicted = self._predicted(start_ns)
         start = HorizonStart(
             predicted.states,
-            self._inputs.rotor_thrusts(start_ns),
+            self._inputs.rotors(start_ns, self._rotor_lag),
             self._inputs.thrusts(start_ns - self._period_ns),
         )
         plan, report = self._solver.solve(start, predicted.geometry, reference, sqp_steps)
@@ -176,7 +180,10 @@ class FormationController:
         now_ns, estimate = self._estimated
         if start_ns == now_ns:
             return Prediction(estimate.states, estimate.geometry)
-        thrusts = map(self._inputs.mean_thrusts, range(now_ns, start_ns, self._period_ns))
+        thrusts = (
+            self._inputs.mean_thrusts(each_ns, self._rotor_lag)
+            for each_ns in range(now_ns, start_ns, self._period_ns)
+        )
         return predict_ahead(estimate.states, estimate.geometry, thrusts, self._predict, self._ocp.pairs)
 
     def _asked(self, now_ns: int, estimate: TeamEstimate) -> MissionReference:

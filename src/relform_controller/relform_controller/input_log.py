@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relform_controller.ocp import layout
-from relform_controller.ocp.rotor_lag import RotorLag
+from relform_controller.ocp.rotor_lag import RotorLag, Rotors
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements
 from relform_core.sensors.applied_rotor_speeds import ACKNOWLEDGED_INTERVALS, APPLIED_ROTOR_SPEEDS
@@ -45,7 +45,6 @@ class InputLog:
         self._vehicles = vehicles
         self._period_ns = period_ns
         self._period = period_ns / NANOSECONDS_PER_SECOND
-        self._rotor_lag = RotorLag(config.rotor_time_constant)
         self._thrust_coefficient = config.thrust_coefficient
         self._hover = np.full((len(vehicles), layout.N_INPUT), config.hover_thrust)
         self._intervals: dict[int, _Interval] = {}
@@ -73,16 +72,16 @@ class InputLog:
         """Best knowledge of the inputs in an interval [N], shape (vehicle, 4)."""
         return self._interval(start_ns).thrusts
 
-    def rotor_thrusts(self, start_ns: int) -> Array:
-        """Thrusts of the rotors at the start of an interval [N], shape (vehicle, 4)."""
-        thrusts = self._hover
+    def rotors(self, start_ns: int, lag: RotorLag) -> Rotors:
+        """The rotors at the start of an interval."""
+        rotors = Rotors(lag, self._hover)
         for before_ns in sorted(each for each in self._intervals if each < start_ns):
-            thrusts = self._rotor_lag.after(thrusts, self._intervals[before_ns].thrusts, self._period)
-        return thrusts
+            rotors = rotors.after(self._intervals[before_ns].thrusts, self._period)
+        return rotors
 
-    def mean_thrusts(self, start_ns: int) -> Array:
+    def mean_thrusts(self, start_ns: int, lag: RotorLag) -> Array:
         """Mean thrusts of the rotors in an interval [N], shape (vehicle, 4)."""
-        return self._rotor_lag.mean(self.rotor_thrusts(start_ns), self.thrusts(start_ns), self._period)
+        return self.rotors(start_ns, lag).mean(self.thrusts(start_ns), self._period)
 
     def take_changes(self, now_ns: int) -> Mapping[int, Array]:
         """Intervals that ended until now and became known or changed since the last call.

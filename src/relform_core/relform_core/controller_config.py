@@ -66,6 +66,8 @@ class TeamEstimatorConfig(Schema):
     """Whether sightings that contradict the belief are rejected."""
     estimates_inertia: bool = True
     """Whether the moments of inertia are part of the state; else their uncertainty is process noise."""
+    finds_rotor_lag: bool = True
+    """Whether another lag of the rotors than the configured one is found in flight."""
 
 
 EstimatorConfig = Annotated[RawEstimatorConfig | TeamEstimatorConfig, Field(discriminator="kind")]

@@ -137,7 +137,7 @@ def test_residuals_to_first_order_in_the_start(seed: int, n_vehicles: int, lag: 
     problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6", *lag)
     ocp, guess = problem.ocp, feasible_guess(problem, seed)
     linearized = linearize(problem, guess)
-    horizon_lag = ocp.rotor_lag.over_horizon(ocp.n_stages, ocp.stage)
+    horizon_lag = problem.rotors.lag.over_horizon(ocp.n_stages, ocp.stage)
     generator = np.random.default_rng(seed)
     for _ in range(10):
         states = generator.uniform(-1.0, 1.0, problem.initial_states.shape)

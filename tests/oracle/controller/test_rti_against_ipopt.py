@@ -154,7 +154,7 @@ def solve_by_ipopt(problem: Problem, geometry: TeamGeometry) -> tuple[Plan, floa
     values = np.array(solution["x"]).reshape(-1)
     thrusts = values[: inputs.numel()].reshape(n, N, 4)
     states = values[inputs.numel() :].reshape(n, N + 1, 12)
-    return Plan(states, thrusts, problem.rotor_thrusts), float(solution["f"])
+    return Plan(states, thrusts, problem.rotors), float(solution["f"])
 
 
 def iterate(problem: Problem, geometry: TeamGeometry, kkt: float) -> SqpStep:

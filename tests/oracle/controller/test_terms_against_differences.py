@@ -83,7 +83,7 @@ def guess_of(problem: Problem) -> Plan:
     thrusts = random_thrusts_of_team(7, problem.ocp, problem.config.vehicle.hover_thrust)
     states = np.random.default_rng(7).uniform(-0.4, 0.4, (*thrusts.shape[:2], layout.N_STATE))
     states = np.concatenate([states, states[:, :1] + 0.1], axis=1)
-    return Plan(states, thrusts, problem.rotor_thrusts)
+    return Plan(states, thrusts, problem.rotors)
 
 
 class Evaluated:

@@ -18,7 +18,7 @@ from relform_controller.estimation.registry import make_estimator
 from relform_controller.estimation.team import TeamEstimator
 from relform_controller.formation_controller import FormationController
 from relform_controller.ocp import layout
-from relform_controller.ocp.problem import Prediction, TeamGeometry
+from relform_controller.ocp.problem import HorizonStart, Prediction, TeamGeometry
 from relform_controller.reference.mission import MissionReference, ScenarioMission
 from relform_controller.solver.algorithm import ModifiedRti
 from relform_core.arrays import Array
@@ -499,9 +499,9 @@ def test_with_a_known_delay_plans_start_where_the_team_will_be(monkeypatch: pyte
     starts: list[tuple[Array, TeamGeometry]] = []
     solve = ModifiedRti.solve
 
-    def listen(solver: ModifiedRti, states: Array, geometry: TeamGeometry, *others: Any) -> Any:
-        starts.append((states, geometry))
-        return solve(solver, states, geometry, *others)
+    def listen(solver: ModifiedRti, start: HorizonStart, geometry: TeamGeometry, *others: Any) -> Any:
+        starts.append((start.states, geometry))
+        return solve(solver, start, geometry, *others)
 
     monkeypatch.setattr(ModifiedRti, "solve", listen)
     flown = list(itertools.islice(simulate(LATE), 48))

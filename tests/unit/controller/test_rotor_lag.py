@@ -66,7 +66,7 @@ def test_the_stages_of_a_horizon_follow_each_other() -> None:
 
 def test_the_log_of_inputs_carries_the_thrusts_of_the_rotors() -> None:
     """From a hover over three intervals, and again when a vehicle reports that it flew something else."""
-    scenario = paper_scenario("vehicle.rotor_time_constant_s=0.05").config
+    scenario, lag = paper_scenario().config, RotorLag(0.05)
     period_ns, names, hover = scenario.period_ns, scenario.team.vehicles, scenario.vehicle.hover_thrust
     log = InputLog(names, period_ns, scenario.vehicle)
     commands = np.random.default_rng(5).uniform(1.0, 2.5, (3, 3, 4))
@@ -79,9 +79,9 @@ def test_the_log_of_inputs_carries_the_thrusts_of_the_rotors() -> None:
             thrusts, _ = integrated(0.05, thrusts, command, 0.05)
         return thrusts
 
-    np.testing.assert_allclose(log.rotor_thrusts(3 * period_ns), expected(), rtol=1e-9)
-    _, mean = integrated(0.05, log.rotor_thrusts(2 * period_ns), commands[2], 0.05)
-    np.testing.assert_allclose(log.mean_thrusts(2 * period_ns), mean, rtol=1e-9)
+    np.testing.assert_allclose(log.rotors(3 * period_ns, lag).thrusts, expected(), rtol=1e-9)
+    _, mean = integrated(0.05, log.rotors(2 * period_ns, lag).thrusts, commands[2], 0.05)
+    np.testing.assert_allclose(log.mean_thrusts(2 * period_ns, lag), mean, rtol=1e-9)
 
     commands[1, 2] = 0.9
     speeds = np.sqrt(commands[1:, 2] / scenario.vehicle.thrust_coefficient)
@@ -91,4 +91,4 @@ def test_the_log_of_inputs_carries_the_thrusts_of_the_rotors() -> None:
     silent = VehicleMeasurements({})
     by_vehicle = dict(zip(names, (silent, silent, report), strict=True))
     log.acknowledge(TeamMeasurements(3, 3 * period_ns, by_vehicle))
-    np.testing.assert_allclose(log.rotor_thrusts(3 * period_ns), expected(), rtol=1e-9)
+    np.testing.assert_allclose(log.rotors(3 * period_ns, lag).thrusts, expected(), rtol=1e-9)

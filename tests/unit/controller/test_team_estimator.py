@@ -15,6 +15,7 @@ from relform_controller.formation_controller import FormationController
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angle, wrap_angles
 from relform_controller.ocp.layout import ordered_pairs
+from relform_controller.ocp.rotor_lag import RotorLag
 from relform_core.load import LoadedScenario
 from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.names import EstimatorMode
@@ -104,21 +105,19 @@ def test_late_measurements_are_used_at_their_own_instants(flight: Flight, scenar
     assert_equal(last(flight, late, scenario.config), last(flight, flight.measured, scenario.config))
 
 
-def test_the_lag_of_the_rotors_is_known_to_the_filter() -> None:
-    """A filter that knows of it finds no other forces; one that does not takes it for such."""
+def test_the_lag_of_the_rotors_is_found_if_it_is_not_known() -> None:
+    """What is found before is taken for other forces at first."""
     flown = Flight(*record(WITH_LAG, STEPS))
-
-    def found_forces(scenario: LoadedScenario) -> float:
-        """Mean over the flight, per mass [m/s^2]."""
-        found = [
-            each.geometry.disturbances.acceleration_I
-            for each in estimates(flown, flown.measured, scenario.config)
-            if isinstance(each, TeamEstimate) and each.geometry.disturbances is not None
-        ]
-        assert len(found) == STEPS
-        return float(np.abs(found).mean())
-
-    assert found_forces(WITH_LAG) < 0.1 * found_forces(SCENARIO)
+    known, unknown = (estimates(flown, flown.measured, each.config) for each in (WITH_LAG, SCENARIO))
+    lags = [
+        [each.rotor_lag for each in found if isinstance(each, TeamEstimate)] for found in (known, unknown)
+    ]
+    assert lags[0] == [RotorLag(0.04)] * STEPS
+    assert (lags[1][0], lags[1][-1]) == (RotorLag(0.0), RotorLag(0.04))
+    (changed,) = (step for step in range(1, STEPS) if lags[1][step] != lags[1][step - 1])
+    reported = unknown[changed]
+    assert isinstance(reported, TeamEstimate)
+    assert "rotors lag by 0.04 s, not 0.0 s" in reported.report.reason
 
 
 def test_a_late_measurement_changes_the_estimate(flight: Flight) -> None:

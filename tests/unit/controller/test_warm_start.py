@@ -8,6 +8,7 @@ import pytest
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
+from relform_controller.ocp.rotor_lag import RotorLag, Rotors
 from relform_controller.solver.warm_start import hover_plan, shift, transform
 from support.problems import (
     kernels_of,
@@ -26,7 +27,7 @@ def test_first_guess_stays_where_it_is() -> None:
     assert plan.thrusts.shape == (3, 4, layout.N_INPUT)
     assert (plan.thrusts == 1.75).all()
     np.testing.assert_array_equal(plan.states, np.stack([problem.initial_states] * 5, axis=1))
-    np.testing.assert_array_equal(plan.rotor_thrusts, problem.rotor_thrusts)
+    np.testing.assert_array_equal(plan.rotors.thrusts, problem.rotor_thrusts)
 
 
 def test_shifted_plan_is_one_period_on_and_ends_with_the_last_input_again() -> None:
@@ -56,10 +57,10 @@ def test_a_shifted_plan_continues_the_lag_of_the_rotors(stage_s: float) -> None:
         return command + math.exp(-duration / 0.04) * (rotor_thrusts - command)
 
     rotor_thrusts, one_period = problem.rotor_thrusts, dataclasses.replace(ocp, stage=period)
-    np.testing.assert_allclose(shifted.rotor_thrusts, following(rotor_thrusts, commands[:, 0], period))
+    np.testing.assert_allclose(shifted.rotors.thrusts, following(rotor_thrusts, commands[:, 0], period))
     for stage in range(ocp.n_stages + 1):
         command = commands[:, min(stage, ocp.n_stages - 1)]
-        means = mean_thrusts(one_period, command[:, None], rotor_thrusts)
+        means = mean_thrusts(0.04, period, command[:, None], rotor_thrusts)
         expected = simulate(one_period, plan.states[:, stage], means)[:, 1]
         np.testing.assert_allclose(shifted.states[:, stage], expected, atol=1e-12)
         rotor_thrusts = following(rotor_thrusts, command, stage_s)
@@ -69,7 +70,7 @@ def test_the_plan_that_was_shifted_and_transformed_is_not_touched() -> None:
     problem = random_problem(2, 3, "controller.horizon_steps=6")
     thrusts = random_thrusts_of_team(2, problem.ocp, problem.config.vehicle.hover_thrust)
     plan = simulated_plan(problem, thrusts)
-    copy = Plan(plan.states.copy(), plan.thrusts.copy(), plan.rotor_thrusts.copy())
+    copy = Plan(plan.states.copy(), plan.thrusts.copy(), plan.rotors)
     geometry = problem.poses.geometry()
     transform(shift(plan, kernels_of(problem.ocp).predict, problem.ocp), geometry, problem.ocp.pairs)
     np.testing.assert_array_equal(plan.states, copy.states)
@@ -89,7 +90,9 @@ def test_a_quarter_turn_by_hand() -> None:
         p_NI_N=np.array([10.0, 20.0, 30.0]),
         yaw_NI=np.pi,
     )
-    plan, found = transform(Plan(states, np.ones((2, 0, 4)), np.ones((2, 4))), geometry, ((0, 1), (1, 0)))
+    plan, found = transform(
+        Plan(states, np.ones((2, 0, 4)), Rotors(RotorLag(0.0), np.ones((2, 4)))), geometry, ((0, 1), (1, 0))
+    )
     np.testing.assert_allclose(plan.states[0, 0, layout.VELOCITY], [2.0, 0.0, 0.5], atol=1e-12)  # ahead
     # From 1, 2 is 2 m ahead and 1 m left in the old frame: 1 m ahead and 2 m to the right in the new one.
     np.testing.assert_allclose(found.p_I1I2_I1, [[1.0, -2.0, 0.7], [-2.0, -1.0, -0.7]], atol=1e-12)

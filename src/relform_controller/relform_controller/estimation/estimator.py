@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from relform_controller.ocp.problem import Prediction, TeamGeometry
+from relform_controller.ocp.rotor_lag import RotorLag
 from relform_core.arrays import Array
 from relform_core.measurements import TeamMeasurements
 from relform_core.telemetry import EstimatorReport
@@ -41,6 +42,8 @@ class TeamEstimate:
     where it is. Empty: it can fly."""
     covariances: TeamCovariances | None = None
     """None: the estimator does not know them."""
+    rotor_lag: RotorLag | None = None
+    """As it was found in flight; None: the estimator takes it as configured."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from relform_controller.estimation import (
     team_restart,
 )
 from relform_controller.estimation.estimator import TeamEstimate, Waiting
+from relform_controller.estimation.lag_finder import CANDIDATES, LagEvidence, LagFinder
 from relform_controller.estimation.team_filter import Belief, Innovation, TeamFilter, squared_distances
 from relform_controller.estimation.team_health import TeamHealth
 from relform_controller.estimation.team_monitor import Memory
@@ -27,7 +28,7 @@ from relform_core.arrays import Array, Mask
 from relform_core.controller_config import TeamEstimatorConfig
 from relform_core.measurements import TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
-from relform_core.sensors.imu import IMU
+from relform_core.sensors.imu import IMU, Imu
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.sensors.range_bearing import RANGE_BEARING, RangeBearings
@@ -47,8 +48,13 @@ class _Known:
     memory: Memory
     commanded: Array
     """Thrusts commanded for the interval that ends here [N], shape (vehicle, 4)."""
-    thrusts: Array
-    """Thrusts of the rotors at this instant [N], shape (vehicle, 4)."""
+    rotors: LagEvidence
+
+    @property
+    def thrusts(self) -> Array:
+        """Thrusts of the rotors at this instant [N], shape (vehicle, 4)."""
+        thrusts: Array = self.rotors.thrusts[self.rotors.best]
+        return thrusts
 
 
 @dataclass
@@ -79,7 +85,6 @@ class TeamEstimator:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
         self._body = RigidBody.from_config(config.vehicle)
-        self._rotor_lag = RotorLag(config.vehicle.rotor_time_constant)
         n = len(self._vehicles)
         self._pairs = layout.ordered_pairs(n)
         index = {pair: k for k, pair in enumerate(self._pairs)}
@@ -90,6 +95,10 @@ class TeamEstimator:
         self._options = (
             chosen if isinstance(chosen, TeamEstimatorConfig) else TeamEstimatorConfig(kind="team")
         )
+        self._rotor_lag = RotorLag(config.vehicle.rotor_time_constant)
+        """As it was at the last update."""
+        candidates = CANDIDATES if self._options.finds_rotor_lag else ()
+        self._lag_finder = LagFinder(self._body, config.vehicle.rotor_time_constant, candidates)
         self._noise, first = team_noise.ProcessNoise(), team_noise.START
         if not self._options.estimates_inertia:
             self._noise, first = team_noise.NOISE_OF_NOMINAL_INERTIA, team_noise.START_OF_NOMINAL_INERTIA
@@ -129,13 +138,20 @@ class TeamEstimator:
         known = self._timeline.come_forward(now_ns, self._correct, self._predict)
         self._timeline.forget(now_ns - HISTORY_STEPS * self._period_ns)
         self._health.note(measurements)
+        if known.rotors.lag != self._rotor_lag:
+            self._findings.contradictions.append(
+                f"rotors lag by {known.rotors.lag.time_constant} s, not {self._rotor_lag.time_constant} s"
+            )
+            self._rotor_lag = known.rotors.lag
         self.belief = known.belief
         return self._estimate(now_ns, known.belief)
 
     def _timeline_from(self, first: FirstBelief) -> Timeline[_Known]:
         memory = Memory.empty(len(self._vehicles), len(self._pairs))
         timeline = Timeline(
-            first.stamp_ns, _Known(first.belief, memory, self._hover, self._hover), self._hover
+            first.stamp_ns,
+            _Known(first.belief, memory, self._hover, self._lag_finder.start(self._hover)),
+            self._hover,
         )
         for key, measurement in first.measured.items():
             timeline.measure(first.stamp_ns, key, measurement)
@@ -145,11 +161,11 @@ class TeamEstimator:
         """What is known after an interval without measurements."""
         commanded = known.commanded if commanded is None else commanded
         duration, period = (ns / NANOSECONDS_PER_SECOND for ns in (duration_ns, self._period_ns))
-        mean = self._rotor_lag.mean(known.thrusts, commanded, duration)
+        mean = known.rotors.lag.mean(known.thrusts, commanded, duration)
         noise = self._noise.variances(mean, duration, period, self._body)
         belief = self._filter.predict(known.belief, mean, duration, noise)
-        thrusts = self._rotor_lag.after(known.thrusts, commanded, duration)
-        return _Known(belief, known.memory, commanded, thrusts)
+        rotors = self._lag_finder.commanded(known.rotors, commanded, duration)
+        return _Known(belief, known.memory, commanded, rotors)
 
     def _correct(self, known: _Known, stamp_ns: int, measured: Measured) -> _Known:
         """What is known after the measurements of an instant."""
@@ -192,7 +208,19 @@ class TeamEstimator:
         for vehicle in team_monitor.misplaced_vehicles(runs, seen, self._pairs):
             belief = self._placed_again(belief, vehicle, measured)
             runs = np.where([vehicle in pair for pair in self._pairs], 0, runs)
-        return replace(known, belief=belief, memory=Memory(drift, runs, contradictions, misfits))
+        memory = Memory(drift, runs, contradictions, misfits)
+        return _Known(belief, memory, known.commanded, self._with_turns(known.rotors, measured))
+
+    def _with_turns(self, rotors: LagEvidence, measured: Measured) -> LagEvidence:
+        """What is known of the rotors after the attitudes of an instant."""
+        imus = {
+            self._vehicles.index(name): imu for (name, _), imu in measured.items() if isinstance(imu, Imu)
+        }
+        if rotors.is_decided or not imus:
+            return rotors
+        q_NB = np.array([imu.q_NB for imu in imus.values()])
+        variances = np.array([imu.attitude_covariance[0, 0] for imu in imus.values()])
+        return self._lag_finder.measured(rotors, list(imus), q_NB, variances)
 
     def _placed_again(self, belief: Belief, vehicle: int, measured: Measured) -> Belief:
         """The belief with a vehicle placed by mutual sightings with another, if there are such."""
@@ -247,6 +275,7 @@ class TeamEstimator:
             ),
             self._start.unsettled(now_ns, covariances),
             covariances,
+            self._rotor_lag,
         )
 
 

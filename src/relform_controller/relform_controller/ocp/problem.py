@@ -10,7 +10,7 @@ import numpy as np
 
 from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.ocp.model import RigidBody
-from relform_controller.ocp.rotor_lag import RotorLag
+from relform_controller.ocp.rotor_lag import Rotors
 from relform_core.arrays import Array
 from relform_core.controller_config import FormationPairs, WeightsConfig
 from relform_core.scenario_config import ScenarioConfig
@@ -27,7 +27,6 @@ class Ocp:
     stage: float
     """Length of one stage [s], at least the period."""
     body: RigidBody
-    rotor_lag: RotorLag
     weights: WeightsConfig
     """At the start of a flight."""
     thrust_min: float
@@ -47,7 +46,6 @@ class Ocp:
             period=config.controller.period,
             stage=config.controller.stage_length,
             body=RigidBody.from_config(vehicle),
-            rotor_lag=RotorLag(vehicle.rotor_time_constant),
             weights=config.controller.weights,
             thrust_min=vehicle.thrust_coefficient * vehicle.rotor_speed_min**2,
             thrust_max=vehicle.thrust_coefficient * vehicle.rotor_speed_max**2,
@@ -78,8 +76,8 @@ class Plan:
     """Shape (vehicle, stage 0..N, N_STATE)."""
     thrusts: Array
     """Commands [N], shape (vehicle, stage 0..N-1, N_INPUT)."""
-    rotor_thrusts: Array
-    """True thrusts at the start of the horizon, from which the lag starts [N], shape (vehicle, N_INPUT)."""
+    rotors: Rotors
+    """At the start of the horizon; their thrusts follow the commands from there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +117,7 @@ class HorizonStart:
 
     states: Array
     """Each in its own {mi}, shape (vehicle, N_STATE)."""
-    rotor_thrusts: Array
-    """Thrust of each rotor at this instant [N], shape (vehicle, N_INPUT)."""
+    rotors: Rotors
     applied_thrusts: Array
     """Inputs of the interval before the horizon [N], shape (vehicle, N_INPUT)."""
 

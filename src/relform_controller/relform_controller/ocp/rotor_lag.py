@@ -46,6 +46,23 @@ class RotorLag:
 
 
 @dataclass(frozen=True, eq=False)
+class Rotors:
+    """The rotors of a team at one instant."""
+
+    lag: RotorLag
+    thrusts: Array
+    """[N], shape (vehicle, N_INPUT)."""
+
+    def after(self, commanded: Array, time: float) -> "Rotors":
+        """The rotors some time after a new command."""
+        return Rotors(self.lag, self.lag.after(self.thrusts, commanded, time))
+
+    def mean(self, commanded: Array, duration: float) -> Array:
+        """Mean thrusts over an interval of constant commands [N], shape (vehicle, N_INPUT)."""
+        return self.lag.mean(self.thrusts, commanded, duration)
+
+
+@dataclass(frozen=True, eq=False)
 class HorizonLag:
     """Mean thrusts in the stages of a horizon, a linear map of the commands and of the thrusts at its start.
 

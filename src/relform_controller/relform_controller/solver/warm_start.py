@@ -25,7 +25,7 @@ def hover_plan(start: HorizonStart, hover_thrust: float, n_stages: int) -> Plan:
     """
     states = np.repeat(start.states[:, None], n_stages + 1, axis=1)
     thrusts = np.full((len(states), n_stages, layout.N_INPUT), hover_thrust)
-    return Plan(states, thrusts, start.rotor_thrusts)
+    return Plan(states, thrusts, start.rotors)
 
 
 def shift(plan: Plan, predict: CompiledFunction, ocp: Ocp) -> Plan:
@@ -39,26 +39,26 @@ def shift(plan: Plan, predict: CompiledFunction, ocp: Ocp) -> Plan:
         predict: (state, mean thrusts) -> (state one control period later,), of all vehicles.
         ocp: the problem that it solves.
     """
-    lag, share = ocp.rotor_lag, ocp.period / ocp.stage
+    share = ocp.period / ocp.stage
     following_thrusts = np.concatenate([plan.thrusts[:, 1:], plan.thrusts[:, -1:]], axis=1)
-    rotor_thrusts = [plan.rotor_thrusts]
+    rotors = [plan.rotors]
     for stage in range(ocp.n_stages):
-        rotor_thrusts.append(lag.after(rotor_thrusts[-1], plan.thrusts[:, stage], ocp.stage))
-    following_rotor_thrusts = lag.after(plan.rotor_thrusts, plan.thrusts[:, 0], ocp.period)
+        rotors.append(rotors[-1].after(plan.thrusts[:, stage], ocp.stage))
+    following_rotors = plan.rotors.after(plan.thrusts[:, 0], ocp.period)
 
     def period_later(stage: int) -> Array:
         commands = plan.thrusts[:, min(stage, ocp.n_stages - 1)]
-        (following,) = predict(plan.states[:, stage], lag.mean(rotor_thrusts[stage], commands, ocp.period))
+        (following,) = predict(plan.states[:, stage], rotors[stage].mean(commands, ocp.period))
         return following
 
     if share == 1.0:
         states = np.concatenate([plan.states[:, 1:], period_later(ocp.n_stages)[:, None]], axis=1)
-        return Plan(states, following_thrusts, following_rotor_thrusts)
+        return Plan(states, following_thrusts, following_rotors)
     states = np.empty_like(plan.states)
     for stage in range(states.shape[1]):
         states[:, stage] = period_later(stage)
     thrusts = plan.thrusts + share * (following_thrusts - plan.thrusts)
-    return Plan(states, thrusts, following_rotor_thrusts)
+    return Plan(states, thrusts, following_rotors)
 
 
 def transform(
@@ -90,7 +90,7 @@ def transform(
         yaw_NI=geometry.yaw_NI + float(yaw[0]),
         disturbances=_turned(geometry.disturbances, R_JI),
     )
-    return Plan(states, plan.thrusts, plan.rotor_thrusts), next_geometry
+    return Plan(states, plan.thrusts, plan.rotors), next_geometry
 
 
 def _turned(disturbances: Disturbances | None, R_JI: Sequence[Array]) -> Disturbances | None:

@@ -35,7 +35,7 @@ class CondensedCost:
         self._n = ocp.n_vehicles
         self._n_stages = ocp.n_stages
         self._n_own = ocp.n_stages * layout.N_INPUT
-        self._lag = ocp.rotor_lag.over_horizon(ocp.n_stages, ocp.stage)
+        self._stage = ocp.stage
         self._all: list[_Rows] = []
         end = 0
         for term in sorted(terms, key=lambda term: term.is_own):
@@ -101,12 +101,13 @@ class CondensedCost:
         rows = each.of(jacobian, self._n_stages, term.n_rows, self._n, self._n_own)
         rows_by_stage = rows.reshape(*rows.shape[:-1], self._n_stages, layout.N_INPUT)
         stages = slice(1, None) if term.at_end else slice(None, -1)
+        horizon_lag = expansion.guess.rotors.lag.over_horizon(self._n_stages, self._stage)
         for block in term.derivatives(expansion):
             if isinstance(block, ByStates):
                 state_maps = maps.by_inputs[:, stages, block.components][block.vehicles]
                 rows[items, :, :, block.vehicles] = block.values @ state_maps
-            elif isinstance(block, ByMeanThrusts) and self._lag is not None:
-                of_stages = self._lag.by_commands.reshape(self._n_stages, layout.N_INPUT, self._n_own)
+            elif isinstance(block, ByMeanThrusts) and horizon_lag is not None:
+                of_stages = horizon_lag.by_commands.reshape(self._n_stages, layout.N_INPUT, self._n_own)
                 rows[items, :, :, block.vehicles] += block.values @ of_stages
             else:
                 lag = 0 if isinstance(block, ByMeanThrusts) else block.lag

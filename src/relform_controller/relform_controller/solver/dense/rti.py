@@ -42,7 +42,6 @@ class RealTimeIteration:
     def __init__(self, ocp: Ocp, terms: Sequence[Term], kernels: Kernels) -> None:
         self._ocp = ocp
         self._kernels = kernels
-        self._lag = ocp.rotor_lag.over_horizon(ocp.n_stages, ocp.stage)
         self._cost = CondensedCost(ocp, terms)
         self._prepared: _PreparedQp | None = None
 
@@ -72,11 +71,11 @@ class RealTimeIteration:
         if prepared is None:
             raise RuntimeError("feedback() needs a prepare() that succeeded before it")
         guess, jacobian, weights = prepared.expansion.guess, prepared.jacobian, self._cost.weights
-        rotor_deviation = start.rotor_thrusts - guess.rotor_thrusts
+        rotor_deviation = start.rotors.thrusts - guess.rotors.thrusts
         deviation = prepared.maps.free_response(start.states - guess.states[:, 0], rotor_deviation)
         mean_thrust_deviation = None
-        if self._lag is not None:
-            mean_thrust_deviation = self._lag.mean_thrusts(np.zeros_like(guess.thrusts), rotor_deviation)
+        if (lag := guess.rotors.lag.over_horizon(self._ocp.n_stages, self._ocp.stage)) is not None:
+            mean_thrust_deviation = lag.mean_thrusts(np.zeros_like(guess.thrusts), rotor_deviation)
         residual = self._cost.residual(
             prepared.expansion,
             Instance(deviation, geometry, reference, start.applied_thrusts, mean_thrust_deviation),
@@ -92,7 +91,7 @@ class RealTimeIteration:
             plan=Plan(
                 guess.states + deviation,
                 np.clip(thrusts, self._ocp.thrust_min, self._ocp.thrust_max),
-                start.rotor_thrusts,
+                start.rotors,
             ),
             kkt=float(abs(gradient @ step) + np.abs(solution.multipliers * step).sum()),
             objective=float(weights @ residual**2),
@@ -104,8 +103,8 @@ class RealTimeIteration:
 def expand(ocp: Ocp, kernels: Kernels, guess: Plan, geometry: TeamGeometry) -> tuple[Expansion, StateMaps]:
     """The model along a guess, linearised for the terms and condensed."""
     stages = (ocp.n_vehicles, ocp.n_stages)
-    lag = ocp.rotor_lag.over_horizon(ocp.n_stages, ocp.stage)
-    mean_thrusts = guess.thrusts if lag is None else lag.mean_thrusts(guess.thrusts, guess.rotor_thrusts)
+    lag = guess.rotors.lag.over_horizon(ocp.n_stages, ocp.stage)
+    mean_thrusts = guess.thrusts if lag is None else lag.mean_thrusts(guess.thrusts, guess.rotors.thrusts)
     disturbances: tuple[Array, ...] = ()
     if geometry.disturbances is not None:
         disturbances = (np.repeat(geometry.disturbances.inputs[:, None], ocp.n_stages, axis=1),)
