@@ -1,12 +1,22 @@
 """The log of a flight from core types, whole and with parts missing."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from relform_analysis.flight.log import LogEntry
 from relform_analysis.flight.log_builder import FlightLogBuilder
-from relform_core.telemetry import Event, FaultReported, FormationSet, ParametersSet, PerStep, StepDecided
+from relform_core.names import EstimatorMode
+from relform_core.telemetry import (
+    EstimatorReport,
+    Event,
+    FaultReported,
+    FormationSet,
+    ParametersSet,
+    PerStep,
+    StepDecided,
+)
 from support.logs import FORMATION, decision, odometry, perfect_builder
 from support.scenarios import paper_scenario
 
@@ -76,6 +86,18 @@ def test_faults_and_changes_are_kept_in_words() -> None:
     assert log.changes == (
         LogEntry(2 * PERIOD_NS, "/formation/controller", "weights.formation_per_m2 = 12, weights.x = 0.25"),
         LogEntry(3 * PERIOD_NS, "/formation/controller", "formation: follower_1 at [-1, 0.5, -0.25] m"),
+    )
+
+
+def test_spans_of_a_degraded_estimator_have_their_last_reason() -> None:
+    builder = perfect_builder(paper_scenario(), ["A"] * 8)
+    for step, reason in ((2, "no imu of leader for 0.5 s"), (3, "no imu of leader for 0.6 s"), (6, "a jump")):
+        state = decision(step * PERIOD_NS).state
+        worse = EstimatorReport(EstimatorMode.DEGRADED, reason)
+        builder.add_state(PerStep(step, step * PERIOD_NS, replace(state, estimator=worse)))
+    assert builder.build().degraded == (
+        LogEntry(2 * PERIOD_NS, "estimator", "degraded until 0.20 s: no imu of leader for 0.6 s"),
+        LogEntry(6 * PERIOD_NS, "estimator", "degraded until 0.35 s: a jump"),
     )
 
 

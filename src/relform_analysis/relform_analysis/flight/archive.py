@@ -14,7 +14,7 @@ from relform_core.load import LoadedScenario
 
 _TABLES = ("solver", "estimator")
 """Fields of a log that hold arrays by name; an archive has each of these arrays under ``field.name``."""
-_ENTRIES = ("faults", "changes")
+_ENTRIES = ("faults", "changes", "degraded")
 """Fields of a log that hold entries in words."""
 _OTHERS = {"scenario", "phase", *_TABLES, *_ENTRIES}
 """Fields of a log that are not arrays."""
@@ -69,6 +69,7 @@ def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
             estimator=tables["estimator"],
             faults=entries["faults"],
             changes=entries["changes"],
+            degraded=entries["degraded"],
             **arrays,
         )
     except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:

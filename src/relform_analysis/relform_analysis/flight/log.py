@@ -91,6 +91,8 @@ class FlightLog:
     """Why the flight could not continue."""
     changes: tuple[LogEntry, ...] = ()
     """What was changed in flight: parameters and formation."""
+    degraded: tuple[LogEntry, ...] = ()
+    """When the estimator was degraded, until when, and why."""
 
     @property
     def vehicles(self) -> tuple[str, ...]:

@@ -1,7 +1,8 @@
 """Collects a flight from core types: those of a flight in one process, or those decoded from messages."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from relform_analysis.flight.stamped_rows import StampedRows
 from relform_core.arrays import Array
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand
-from relform_core.names import GROUND_TRUTH, REFERENCE, vehicle_topic
+from relform_core.names import GROUND_TRUTH, REFERENCE, EstimatorMode, vehicle_topic
 from relform_core.schema import Vector3
 from relform_core.telemetry import (
     Decision,
@@ -29,6 +30,7 @@ from relform_core.telemetry import (
     TeamReference,
     TeamState,
 )
+from relform_core.units import NANOSECONDS_PER_SECOND
 
 GROUND_TRUTH_COLUMNS = (("p_NB_N", (3,)), ("q_NB", (4,)), ("v_NB_B", (3,)), ("w_NB_B", (3,)))
 SOLVER_COLUMNS = ("status", *SOLVER_FIELDS)
@@ -67,6 +69,8 @@ class FlightLogBuilder:
         self._steps = StampedRows(_step_columns(len(vehicles)))
         self._phases: dict[int, str] = {}
         """Name of the phase by the instant of the control step."""
+        self._degraded: dict[int, str] = {}
+        """Why the estimator is degraded, by the instant of the control step."""
         self._faults: list[LogEntry] = []
         self._changes: list[LogEntry] = []
 
@@ -109,6 +113,8 @@ class FlightLogBuilder:
         if (estimator := state.value.estimator) is not None:
             row["mode"], row["rejected"] = estimator.mode, len(estimator.rejected)
             row["nis"], row["nis_dof"] = estimator.nis, estimator.nis_dof
+            if estimator.mode is EstimatorMode.DEGRADED:
+                self._degraded[state.stamp_ns] = estimator.reason
 
     def add_solver(self, report: PerStep[SolverReport]) -> None:
         """Take what the solver did."""
@@ -188,7 +194,18 @@ class FlightLogBuilder:
             estimator={name: logged(name) for name in ESTIMATOR_FIELDS},
             faults=tuple(self._faults),
             changes=tuple(self._changes),
+            degraded=tuple(self._spans_degraded(stamps)),
         )
+
+    def _spans_degraded(self, stamps: Sequence[int]) -> Iterator[LogEntry]:
+        """A span of consecutive degraded steps has the reason of its last one, which says for how long."""
+        for is_degraded, steps in groupby(stamps, key=lambda stamp_ns: stamp_ns in self._degraded):
+            if is_degraded:
+                first_ns, *others = steps
+                last_ns = others[-1] if others else first_ns
+                end = (last_ns + self._scenario.config.period_ns) / NANOSECONDS_PER_SECOND
+                reason = self._degraded[last_ns]
+                yield LogEntry(first_ns, "estimator", f"degraded until {end:.2f} s: {reason}")
 
     def _ticks(self) -> set[int]:
         """The instants at which the ground truth of every vehicle is known."""

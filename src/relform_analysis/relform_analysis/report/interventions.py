@@ -1,4 +1,4 @@
-"""What disturbed a flight or was changed in it, and when: rows of a table."""
+"""What disturbed a flight or its estimator, or was changed in it, and when: rows of a table."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,17 +17,20 @@ class Intervention:
     time: str
     """An instant or a span, with its unit."""
     subject: str
-    """The vehicle that was disturbed, or the node that was changed."""
+    """The vehicle that was disturbed, the node that was changed, or the estimator."""
     description: str
 
 
 def interventions(log: FlightLog) -> list[Intervention]:
-    """Imperfect links, the events of the scenario and the changes in flight, in the order of their times."""
+    """Imperfect links, events of the scenario, changes in flight, a degraded estimator; in time order."""
     timed = [(0.0, row) for row in _links(log)]
     timed += [(float(event["start_s"]), _event(event)) for event in log.scenario.written.get("events", ())]
     for change in log.changes:
         time = change.stamp_ns / NANOSECONDS_PER_SECOND
         timed.append((time, Intervention(f"{time:.2f} s", change.source, f"set: {change.description}")))
+    for entry in log.degraded:
+        time = entry.stamp_ns / NANOSECONDS_PER_SECOND
+        timed.append((time, Intervention(f"{time:.2f} s", entry.source, entry.description)))
     return [row for _, row in sorted(timed, key=lambda entry: entry[0])]
 
 
