@@ -15,11 +15,8 @@ from relform_analysis.flight.estimation_errors import (
     pair_estimation_errors,
 )
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.tracking_errors import scored_pairs
 from support.logs import perfect_builder
 from support.scenarios import paper_scenario
-
-PAIRS = scored_pairs(paper_scenario().config.team)
 
 
 @pytest.fixture
@@ -29,7 +26,7 @@ def log() -> FlightLog:
 
 
 def test_errors_of_pairs_are_estimate_minus_truth(log: FlightLog) -> None:
-    between = pair_estimation_errors(log, PAIRS)
+    between = pair_estimation_errors(log)
     assert between.errors.shape == (4, 3, 4)
     np.testing.assert_allclose(between.errors, np.broadcast_to([0.01, 0.01, 0.01, 0.25], (4, 3, 4)))
     np.testing.assert_allclose(between.deviations[2, 1], [0.01, 0.02, 0.03, 0.05])
@@ -38,7 +35,7 @@ def test_errors_of_pairs_are_estimate_minus_truth(log: FlightLog) -> None:
 def test_yaw_errors_are_wrapped(log: FlightLog) -> None:
     log.q_NB[:, 1] = Rotation.from_euler("ZYX", [1.5 - 3.0, 0.1, 0.2]).as_quat()
     log.yaw_BB__est[:, 0, 1] = 3.0
-    (yaw_error, *_) = pair_estimation_errors(log, PAIRS).errors[0, :, 3]
+    (yaw_error, *_) = pair_estimation_errors(log).errors[0, :, 3]
     assert yaw_error == pytest.approx(6.0 - 2.0 * np.pi)
 
 
@@ -49,10 +46,10 @@ def test_errors_of_the_leader(log: FlightLog) -> None:
 
 
 def test_nees_by_hand(log: FlightLog) -> None:
-    between = pair_estimation_errors(log, PAIRS)
+    between = pair_estimation_errors(log)
     np.testing.assert_allclose(between.position_nees(), 1.0 + 0.25 + 1.0 / 9.0)
     np.testing.assert_allclose(between.yaw_nees(), 25.0)
-    consistency = Consistency.of(log, PAIRS, np.array([False, True, True, False]))
+    consistency = Consistency.of(log, np.array([False, True, True, False]))
     assert consistency.position_nees == pytest.approx((1.0 + 0.25 + 1.0 / 9.0) / 3.0)
     assert consistency.yaw_nees == pytest.approx(25.0)
     assert consistency.leader_nees == pytest.approx((1.0 + 0.25) / 3.0)
@@ -79,14 +76,14 @@ def test_share_of_the_nis_inside_its_bounds(log: FlightLog) -> None:
     low, high = stats.chi2.interval(0.95, 18)
     log.estimator["nis"][:] = [low - 0.1, low + 0.1, high + 0.1, np.nan]
     everywhere = np.ones(4, dtype=bool)
-    assert Consistency.of(log, PAIRS, everywhere).nis_inside == pytest.approx(1.0 / 3.0)
+    assert Consistency.of(log, everywhere).nis_inside == pytest.approx(1.0 / 3.0)
     log.estimator["nis_dof"][1] = 0.0
-    assert Consistency.of(log, PAIRS, everywhere).nis_inside == 0.0
+    assert Consistency.of(log, everywhere).nis_inside == 0.0
 
 
 def test_unknown_covariances_give_no_number(log: FlightLog) -> None:
     blind = replace(log, pair_covariance=np.full_like(log.pair_covariance, np.nan))
     blind.estimator["nis_dof"][:] = 0.0
-    consistency = Consistency.of(blind, PAIRS, np.ones(4, dtype=bool))
+    consistency = Consistency.of(blind, np.ones(4, dtype=bool))
     assert np.isnan([consistency.position_nees, consistency.yaw_nees, consistency.nis_inside]).all()
     assert consistency.leader_nees == pytest.approx((1.0 + 0.25) / 3.0)

@@ -3,14 +3,13 @@
 An estimate is a position and a yaw [m, rad], in this order.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.tracking_errors import relative_positions, yaw_of
+from relform_analysis.flight.tracking_errors import relative_positions, scored_pairs, yaw_of
 from relform_core.arrays import Array, Mask
 
 CONFIDENCE = 0.95
@@ -44,9 +43,10 @@ class EstimationErrors:
         return np.asarray(self.errors[..., 3] ** 2 / self.covariances[..., 3, 3])
 
 
-def pair_estimation_errors(log: FlightLog, pairs: Sequence[tuple[str, str]]) -> EstimationErrors:
-    """Of the relative poses of some pairs (observer, target), shape (K, pairs, ...)."""
+def pair_estimation_errors(log: FlightLog) -> EstimationErrors:
+    """Of the relative poses of the scored pairs, shape (K, pairs, ...)."""
     index = {name: position for position, name in enumerate(log.vehicles)}
+    pairs = scored_pairs(log.scenario.config.team)
     observers = [index[observer] for observer, _ in pairs]
     targets = [index[target] for _, target in pairs]
     yaw = yaw_of(log.q_NB)[log.tick_of_step]
@@ -55,7 +55,7 @@ def pair_estimation_errors(log: FlightLog, pairs: Sequence[tuple[str, str]]) -> 
     turned = log.yaw_BB__est[:, observers, targets] - (yaw[:, targets] - yaw[:, observers])
     return EstimationErrors(
         np.concatenate([position, _wrapped(turned)[..., None]], axis=-1),
-        log.pair_covariance[:, observers, targets],
+        log.pair_covariance,
     )
 
 
@@ -92,17 +92,17 @@ class Consistency:
     """Share of the steps whose NIS of range and bearing is in its 95 % interval."""
 
     @classmethod
-    def of(cls, log: FlightLog, pairs: Sequence[tuple[str, str]], steps: Mask) -> Self:
+    def of(cls, log: FlightLog, steps: Mask) -> Self:
         """Over some control steps, shape (K,)."""
-        between, leader = pair_estimation_errors(log, pairs), leader_estimation_errors(log)
+        between, leader = pair_estimation_errors(log), leader_estimation_errors(log)
         nis = log.estimator["nis"]
         low, high = nis_bounds(log.estimator["nis_dof"])
         is_known = np.isfinite(nis) & np.isfinite(low) & steps
         inside = (low <= nis) & (nis <= high)
         return cls(
-            position_nees=_mean(between.position_nees()[steps]) / 3.0,
+            position_nees=_mean(between.position_nees()[steps] / 3.0),
             yaw_nees=_mean(between.yaw_nees()[steps]),
-            leader_nees=_mean(leader.position_nees()[steps]) / 3.0,
+            leader_nees=_mean(leader.position_nees()[steps] / 3.0),
             nis_inside=_mean(inside[is_known].astype(np.float64)),
         )
 

@@ -74,7 +74,7 @@ class FlightLog:
     yaw_variance: Array
     """Of that estimate [rad^2], shape (K, n, n)."""
     pair_covariance: Array
-    """Of ``p_BB_C__est`` and ``yaw_BB__est`` [m, rad], shape (K, n, n, 4, 4)."""
+    """Of ``p_BB_C__est`` and ``yaw_BB__est`` [m, rad] of the ``scored_pairs``, shape (K, pairs, 4, 4)."""
     leader_p_NB_N__est: Array
     """The controller's estimate in {n} [m], shape (K, 3)."""
     leader_yaw__est: Array

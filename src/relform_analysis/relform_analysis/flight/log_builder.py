@@ -14,6 +14,7 @@ from relform_analysis.flight.log import (
     LogEntry,
 )
 from relform_analysis.flight.stamped_rows import StampedRows
+from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_core.arrays import Array
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand
@@ -37,8 +38,8 @@ SOLVER_COLUMNS = ("status", *SOLVER_FIELDS)
 LEADER_COLUMNS = (("leader_p_NB_N__est", (3,)), ("leader_yaw__est", ()), ("leader_covariance", (4, 4)))
 
 
-def _step_columns(n: int) -> list[tuple[str, tuple[int, ...]]]:
-    """What is logged of a control step with n vehicles."""
+def _step_columns(n: int, n_pairs: int) -> list[tuple[str, tuple[int, ...]]]:
+    """What is logged of a control step with n vehicles and so many scored pairs."""
     return [
         ("leader_p_NB_N__ref", (3,)),
         ("leader_v_NB_N__ref", (3,)),
@@ -47,7 +48,7 @@ def _step_columns(n: int) -> list[tuple[str, tuple[int, ...]]]:
         ("p_BB_C__est", (n, n, 3)),
         ("yaw_BB__est", (n, n)),
         ("yaw_variance", (n, n)),
-        ("pair_covariance", (n, n, 4, 4)),
+        ("pair_covariance", (n_pairs, 4, 4)),
         *LEADER_COLUMNS,
         ("rotor_speeds", (n, ROTORS)),
         *((name, ()) for name in (*SOLVER_COLUMNS, *ESTIMATOR_FIELDS)),
@@ -65,8 +66,9 @@ class FlightLogBuilder:
         self._scenario = scenario
         vehicles = scenario.config.team.vehicles
         self._index = {name: index for index, name in enumerate(vehicles)}
+        self._scored = {pair: index for index, pair in enumerate(scored_pairs(scenario.config.team))}
         self._ground_truth = {name: StampedRows(GROUND_TRUTH_COLUMNS) for name in vehicles}
-        self._steps = StampedRows(_step_columns(len(vehicles)))
+        self._steps = StampedRows(_step_columns(len(vehicles), len(self._scored)))
         self._phases: dict[int, str] = {}
         """Name of the phase by the instant of the control step."""
         self._degraded: dict[int, str] = {}
@@ -103,8 +105,9 @@ class FlightLogBuilder:
             row["p_BB_C__est"][index] = pair.p_B1B2_C1__est
             row["yaw_BB__est"][index] = pair.yaw_I1I2
             row["yaw_variance"][index] = pair.yaw_variance
-            if pair.covariance is not None:
-                row["pair_covariance"][index] = pair.covariance
+            scored = self._scored.get((pair.observer, pair.target))
+            if scored is not None and pair.covariance is not None:
+                row["pair_covariance"][scored] = pair.covariance
         if (leader := state.value.leader) is not None:
             row["leader_p_NB_N__est"] = leader.p_NB_N
             row["leader_yaw__est"] = leader.yaw_NB

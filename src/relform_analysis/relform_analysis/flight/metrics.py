@@ -185,7 +185,7 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
         solver=_solver_metrics(log),
         start=start_metrics(log, errors, tilted),
         event=event_metrics(log, errors, position_errors, steady),
-        consistency=Consistency.of(log, pairs, steady),
+        consistency=Consistency.of(log, steady),
     )
 
 

@@ -29,7 +29,7 @@ def estimation_panels(log: FlightLog) -> list[Panel]:
     if not np.isfinite(log.estimator["mode"]).any():
         return []
     pairs = scored_pairs(log.scenario.config.team)
-    between, leader = pair_estimation_errors(log, pairs), leader_estimation_errors(log)
+    between, leader = pair_estimation_errors(log), leader_estimation_errors(log)
     names = [pair_label(*pair) for pair in pairs]
     yaws = [
         _angle(name, f"pair-{index % COLOURS}", between.errors[:, index, 3], between.deviations[:, index, 3])
