@@ -23,7 +23,7 @@ def test_flights_become_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str
     scenario.write_text(paper_scenario(short_phases(0.5)).effective_yaml)
     cases.write_text(CASES)
     command = ["--scenario", str(scenario), "--variants", str(cases), "--cases", "breezy", "--seeds", "2",
-               "--first-seed", "31", "--out", str(out), "--jobs", "2"]  # fmt: skip
+               "--raw-seeds", "1", "--first-seed", "31", "--out", str(out), "--jobs", "2"]  # fmt: skip
     assert main(command) == 0
     told = capsys.readouterr()
     page = (out / "accuracy.md").read_text()
@@ -35,7 +35,9 @@ def test_flights_become_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str
     raw, team = sweep.report["variants"]
     assert (raw["name"], team["name"], team["runs"]) == ("raw", "team", 2)
     assert team["set"][0] == "controller=team"
-    assert {flight["seed"] for flight in sweep.rows} == {31, 32}
+    assert [(flight["variant"], flight["seed"]) for flight in sweep.rows] == [
+        ("raw", 31), ("team", 31), ("team", 32)
+    ]  # fmt: skip
     mean = team["metrics"]["steady_mean_m"]
     assert f"| {mean['mean']:.4f} ({mean['max']:.4f}) |" in row
     assert f"| {team['metrics']['event_peak_m']['mean']:.4f} |" in row

@@ -124,10 +124,10 @@ def test_page_shows_raw_beside_team() -> None:
     team = kept(*GOALS["drag"]) | {"completed": 49}
     team["metrics"]["saturated_fraction"] = metric(0.01)
     raw = variant(0, steady_mean_m={"n": 0, "mean": None, "min": None, "max": None})
-    page = accuracy_page([case("drag", team, raw)], range(2001, 2051), {"git_commit": "abc"})
-    assert "from commit abc: 50 flights of each case and estimator, seeds 2001 to 2050," in " ".join(
-        page.split()
-    )
+    page = accuracy_page([case("drag", team, raw)], range(2001, 2051), 10, {"git_commit": "abc"})
+    words = " ".join(page.split())
+    assert "commit abc: 50 flights of each case with the team estimator, and the first 10 of them" in words
+    assert "seeds 2001 to 2050," in words
     lines = page.splitlines()
     (row,) = [line for line in lines if line.startswith("| title of drag | team |")]
     assert row.startswith("| title of drag | team | 49 of 50 | 0.0160 (0.0320) | - |")

@@ -22,6 +22,8 @@ CONTROLLERS = {RAW: "retuned", TEAM: "team"}
 """The controller file of each estimator, the same in all cases."""
 FIRST_SEED, SEEDS = 2001, 50
 """Seeds that nothing was tuned on."""
+RAW_SEEDS = 10
+"""Raw feedback is flown for comparison only."""
 PAGE = "accuracy.md"
 
 
@@ -35,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("\ninterrupted; finished flights are kept, the same command continues", file=sys.stderr)
         raise
-    page = accuracy_page(cases, seeds, software_versions())
+    page = accuracy_page(cases, seeds, options.raw_seeds, software_versions())
     write_atomically(options.out / PAGE, page)
     print(page)
     print(options.out / PAGE)
@@ -53,7 +55,11 @@ def fly_cases(options: argparse.Namespace, seeds: range) -> list[Case]:
         RelformError: a result cannot be stored.
     """
     chosen = choose(load_variants(options.variants), options.cases)
-    plans = [(case, plan_runs(options.scenario, by_estimator(case), (), seeds)) for case in chosen]
+    plans = []
+    for case in chosen:
+        runs = plan_runs(options.scenario, by_estimator(case), (), seeds)
+        in_both = seeds[: options.raw_seeds]
+        plans.append((case, [run for run in runs if run.variant == TEAM or run.seed in in_both]))
     console = Console(stderr=True)
     cases = []
     with executor_for(options.jobs, options.scheduler) as executor:
@@ -103,7 +109,12 @@ def _parser() -> CommandParser:
     parser.add_argument(
         "--cases", nargs="+", default=[], metavar="CASE", help="fly only these (default: all)"
     )
-    parser.add_argument("--seeds", type=positive, default=SEEDS, help=f"flights per case (default {SEEDS})")
+    parser.add_argument(
+        "--seeds", type=positive, default=SEEDS, help=f"flights of a case with team (default {SEEDS})"
+    )
+    parser.add_argument(
+        "--raw-seeds", type=positive, default=RAW_SEEDS, help=f"and with raw (default {RAW_SEEDS})"
+    )
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help=f"(default {FIRST_SEED})")
     parser.add_argument("--out", type=Path, default=Path("runs/accuracy"), help="folder of the results")
     parser.add_argument(

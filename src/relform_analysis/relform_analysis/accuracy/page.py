@@ -10,10 +10,11 @@ RAW, TEAM = "raw", "team"
 """Names of the two variants of every case."""
 INTRODUCTION = """# Accuracy: the team estimator beside raw feedback
 
-Written by `make accuracy` from commit {commit}: {seeds} flights of each case and estimator, seeds {first}
-to {last}, which nothing was tuned on. `team` is `controller=team`, `raw` is `controller=retuned`; both keep
-their settings in all cases, which are in [config/sweeps/accuracy.yaml](../config/sweeps/accuracy.yaml). All
-errors are true errors; [summary.md](summary.md) defines each number.
+Written by `make accuracy` from commit {commit}: {seeds} flights of each case with the team
+estimator, and the first {raw_seeds} of them with raw feedback, seeds {first} to {last}, which nothing was
+tuned on. `team` is `controller=team`, `raw` is `controller=retuned`; both keep their settings in all cases,
+which are in [config/sweeps/accuracy.yaml](../config/sweeps/accuracy.yaml). All errors are true errors;
+[summary.md](summary.md) defines each number.
 
 Numbers are means over the completed flights. *Steady* is the formation error in steady state: its mean
 (that of the worst flight), its 95th percentile, and its maximum in all flights. *Peak A* is the largest
@@ -130,15 +131,22 @@ def _verdict(case: Case, goal: Goal, nominal: Json | None) -> Verdict:
     )
 
 
-def accuracy_page(cases: Sequence[Case], seeds: range, versions: Mapping[str, str | None]) -> str:
+def accuracy_page(
+    cases: Sequence[Case], seeds: range, raw_seeds: int, versions: Mapping[str, str | None]
+) -> str:
     """The page with all tables.
 
     Args:
-        seeds: of the flights of every case.
+        seeds: of the flights of every case with the team estimator.
+        raw_seeds: how many of them are flown with raw feedback, too.
         versions: of the software.
     """
     introduction = INTRODUCTION.format(
-        commit=versions.get("git_commit") or "unknown", seeds=len(seeds), first=seeds[0], last=seeds[-1]
+        commit=versions.get("git_commit") or "unknown",
+        seeds=len(seeds),
+        raw_seeds=min(raw_seeds, len(seeds)),
+        first=seeds[0],
+        last=seeds[-1],
     )
     return "\n".join([
         introduction,
