@@ -15,11 +15,13 @@ from support.sweeps import short_phases
 
 SEEDS = (21, 22, 23, 24)
 SECONDS = 6.0
+NOMINAL = ""
+THRUST_LOSS = "{kind: thrust_scale, target: follower_1, start_s: 3.0, end_s: 6.0, scale: 0.9}"
+WIND = "{kind: wind, target: follower_2, start_s: 3.0, end_s: 6.0, force_n: [0.3, 0.4, 0.0]}"
 
 
-@pytest.fixture(scope="module")
-def nominal() -> list[list[JudgedStep]]:
-    scenario = paper_scenario("controller=team", short_phases(SECONDS))
+def flown(events: str) -> list[list[JudgedStep]]:
+    scenario = paper_scenario("controller=team", short_phases(SECONDS), f"events=[{events}]")
     return [list(judged_steps(scenario.with_seed(seed))) for seed in SEEDS]
 
 
@@ -28,11 +30,26 @@ def nees(flights: Sequence[Sequence[JudgedStep]], state: str) -> Array:
     return np.array([[step.nees[state] for step in flight if step.time > 1.0] for flight in flights])
 
 
+@pytest.fixture(scope="module")
+def nominal() -> list[list[JudgedStep]]:
+    return flown(NOMINAL)
+
+
 def test_average_errors_of_the_papers_noise(nominal: list[list[JudgedStep]]) -> None:
     averages = {state: nees(nominal, state).mean() for state in ("position", "velocity", "yaw")}
     assert 0.65 < averages["position"] < 1.1
     assert 0.65 < averages["yaw"] < 1.2
     assert 0.45 < averages["velocity"] < 1.1  # careful: there may be forces, and the simulation has none
+
+
+@pytest.mark.parametrize("event", [THRUST_LOSS, WIND], ids=["thrust_loss", "wind"])
+def test_average_errors_after_a_change_of_forces(event: str) -> None:
+    """The filter must not become sure of a velocity that the force has already changed."""
+    flights = flown(event)
+    for state in ("position", "velocity", "yaw"):
+        assert nees(flights, state).mean() < 1.3
+    after = [[step.nees["velocity"] for step in flight if 3.0 < step.time < 4.0] for flight in flights]
+    assert np.mean(after) < 3.0
 
 
 def test_innovations_are_chi_square_distributed(nominal: list[list[JudgedStep]]) -> None:

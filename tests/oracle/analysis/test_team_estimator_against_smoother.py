@@ -42,7 +42,7 @@ def residuals_and_rows(
     team, prior = LinearisedTeam(BODY, N, PERIOD), np.tile(team_noise.START, N)
     at_rest = np.zeros_like(states[0])
     at_rest[:, layout.POSITION] = steps[0].states[:, layout.POSITION]  # known to ten metres only
-    at_rest[:, team_model.THRUST_SCALE] = 1.0
+    at_rest[:, [team_model.THRUST_SCALE, *range(19)[team_model.INERTIA_SCALE]]] = 1.0
     residuals, rows = [(at_rest - states[0]).reshape(-1) / prior], [{0: np.diag(1.0 / prior)}]
     thrusts = HOVER
     for k, step in enumerate(steps):
@@ -61,7 +61,7 @@ def residuals_and_rows(
 
 
 def smoothed(steps: Sequence[FlownStep]) -> Array:
-    """The most likely states, shape (steps, vehicle, 16)."""
+    """The most likely states, shape (steps, vehicle, 19)."""
     states = np.array([step.states for step in steps])  # where the search starts
     for _ in range(10):
         residuals, rows = residuals_and_rows(states, steps)

@@ -29,10 +29,10 @@ class Assumption:
     name: str
     noise: team_noise.ProcessNoise
     prior: Array
-    """Standard deviations of the first state of a vehicle, shape (16,)."""
+    """Standard deviations of the first state of a vehicle, shape (19,)."""
 
 
-def _first(disturbance: float, thrust_scale: float) -> Array:
+def _first(disturbance: float, thrust_scale: float, inertia_scale: float = NEARLY_NOTHING) -> Array:
     """Nothing is known of the pose; the vehicles are nearly at rest."""
     return team_noise.per_state(
         position=10.0,
@@ -42,6 +42,7 @@ def _first(disturbance: float, thrust_scale: float) -> Array:
         rate=0.1,
         disturbance=disturbance,
         thrust_scale=thrust_scale,
+        inertia_scale=inertia_scale,
     )
 
 
@@ -52,11 +53,14 @@ _EXACT = team_noise.ProcessNoise(
     inertia=0.0,
     disturbance=NEARLY_NOTHING,
     thrust_scale=NEARLY_NOTHING,
+    inertia_scale=NEARLY_NOTHING,
 )
 ASSUMPTIONS = (
     Assumption("motion and forces known exactly", _EXACT, _first(NEARLY_NOTHING, NEARLY_NOTHING)),
     Assumption("the same, with an unknown constant force and thrust", _EXACT, _first(1.0, 0.1)),
-    Assumption("motion as uncertain as the filter assumes", team_noise.ProcessNoise(), _first(1e-3, 0.012)),
+    Assumption(
+        "motion as uncertain as the filter assumes", team_noise.ProcessNoise(), _first(1e-3, 0.012, 0.05)
+    ),
 )
 
 

@@ -24,8 +24,8 @@ class FlownStep:
     """One control step."""
 
     states: Array
-    """True states as in ``team_model``, without disturbance and with a thrust scale of one, shape
-    (vehicle, 16)."""
+    """True states as in ``team_model``, undisturbed, with nominal thrust and inertia, shape
+    (vehicle, 19)."""
     thrusts: Array
     """Nominal thrusts in the interval that starts here [N], shape (vehicle, 4)."""
     observation: Observation
@@ -78,4 +78,5 @@ def true_state(odometry: Odometry) -> Array:
     state[layout.VELOCITY] = rotation_z(yaw) @ rotation_CB(roll, pitch) @ odometry.v_NB_B
     state[layout.RATE] = odometry.w_NB_B
     state[team_model.THRUST_SCALE] = 1.0
+    state[team_model.INERTIA_SCALE] = 1.0
     return state

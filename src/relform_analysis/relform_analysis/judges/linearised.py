@@ -34,7 +34,7 @@ class LinearisedTeam:
         self._sighting = team_model.sighting()
 
     def motion(self, states: Array, thrusts: Array) -> tuple[Array, Array]:
-        """States one period later, shape (vehicle, 16), and their Jacobian F, shape (16 n, 16 n)."""
+        """States one period later, shape (vehicle, 19), and their Jacobian F, shape (19 n, 19 n)."""
         moved = [
             _numbers(self._transition(state, each, self._period))
             for state, each in zip(states, thrusts, strict=True)
@@ -42,7 +42,7 @@ class LinearisedTeam:
         return np.array([following[:, 0] for following, _ in moved]), block_diag(*(F for _, F in moved))
 
     def measurement(self, states: Array, thrusts: Array, observation: Observation) -> tuple[Array, Array]:
-        """Whitened residuals of what was measured, shape (m,), and their Jacobian W, shape (m, 16 n).
+        """Whitened residuals of what was measured, shape (m,), and their Jacobian W, shape (m, 19 n).
 
         Args:
             thrusts: in the interval that ends at this instant [N], shape (vehicle, 4).
@@ -76,7 +76,7 @@ class LinearisedTeam:
 
 
 def pair_position_jacobian(states: Array, i: int, j: int) -> Array:
-    """Jacobian of p_B1B2_C1, the position of j in {mc_i}, by the states of the team; shape (3, 16 n)."""
+    """Jacobian of p_B1B2_C1, the position of j in {mc_i}, by the states of the team; shape (3, 19 n)."""
     R_CN = rotation_z(-float(states[i, layout.YAW]))
     x, y, _ = R_CN @ (states[j, layout.POSITION] - states[i, layout.POSITION])
     jacobian = np.zeros((3, *states.shape))
