@@ -30,6 +30,15 @@ The normalised estimation error squared (NEES) per degree of freedom in steady s
 of the team estimator are right, and above 1 if they are too small. *NIS inside* is the share of the steps
 in which the normalised innovation squared of range and bearing is inside its 95 % interval.
 `scripts/bound.py` compares the estimation errors with the posterior Cramer-Rao bound of the sensors."""
+AGAIN = """## Fly it again
+
+```
+make accuracy                                             # everything; continues after a stop
+make accuracy ARGS="--cases nominal bursts --seeds 10"    # some of it
+.venv/bin/python scripts/report.py runs/accuracy/nominal  # a page of one case, flight by flight
+```
+
+The command writes this page to `runs/accuracy/accuracy.md`. It exits with 1 if a target is missed."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +172,8 @@ def accuracy_page(
             ["", *(column.heading for column in CONSISTENCY_COLUMNS)],
             [[case.title, *(column.text(case.team) for column in CONSISTENCY_COLUMNS)] for case in cases],
         ),
+        "",
+        AGAIN,
         "",
     ])  # fmt: skip
 
