@@ -83,7 +83,7 @@ START = per_state(
     yaw=3.0,
     rate=0.02,
     disturbance=1e-3,
-    thrust_scale=0.012,
+    thrust_scale=0.01,
     inertia_scale=0.05,
 )
 """Of the first belief, before any measurement; the vehicles are level and at rest. Poses are known by
