@@ -125,6 +125,7 @@ APPLIED = st.builds(
     stamp_ns=STAMPS,
     period_ns=st.integers(1, 10**10),
     speeds=st.integers(0, 5).flatmap(lambda n: array(n, 4, elements=SPEED)),
+    command_stamp_ns=st.none() | STAMPS,
 )
 
 
@@ -217,7 +218,8 @@ def pressure_message() -> Any:
 
 
 def applied_message() -> Any:
-    return applied_wire.to_msg(AppliedRotorSpeeds(STAMP_NS, 50_000_000, np.full((20, 4), 501.5)), NAME)
+    speeds = np.full((20, 4), 501.5)
+    return applied_wire.to_msg(AppliedRotorSpeeds(STAMP_NS, 50_000_000, speeds, STAMP_NS), NAME)
 
 
 KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
@@ -322,6 +324,7 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("command", "period.nanosec", 0, Reason.INVALID, "period must be positive (got 0 ns)"),
         ("command", "period.sec", -1, Reason.INVALID, "period must be positive"),
         ("applied", "header.frame_id", "leader/base_link", Reason.FOREIGN, "frame_id"),
+        ("applied", "command_stamp", -2, Reason.INVALID, "command_stamp must be at least -1 (got -2 ns)"),
         ("applied", "speeds[79]", -1.0, Reason.INVALID, "speeds must not be negative (got -1 rad/s)"),
         ("applied", "speeds[0]", NAN, Reason.INVALID, "speeds must be finite"),
         ("applied", "period.nanosec", 0, Reason.INVALID, "period must be positive (got 0 ns)"),

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
-from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
+from relform_controller.estimation.estimator import AppliedInputs, Estimator, TeamEstimate, Waiting
 from relform_controller.estimation.registry import make_estimator
 from relform_controller.formation_controller import FormationController
 from relform_controller.ocp.problem import Prediction
@@ -50,7 +50,10 @@ class TimedEstimator:
         return self._estimator.estimates_disturbances
 
     def update(
-        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
+        self,
+        measurements: TeamMeasurements,
+        applied: Mapping[int, AppliedInputs],
+        predicted: Prediction | None,
     ) -> TeamEstimate | Waiting:
         """See ``Estimator``."""
         begin = time.perf_counter()

@@ -161,7 +161,7 @@ class FormationController:
             self._inputs.thrusts(start_ns - self._period_ns),
         )
         plan, report = self._solver.solve(start, predicted.geometry, reference, sqp_steps)
-        self._inputs.command(start_ns, plan.thrusts[:, 0])
+        self._inputs.command(start_ns, plan.thrusts[:, self._stage_of_interval])
         return self._decision(measurements, estimate, asked, plan, report)
 
     def prepare_next(self) -> None:

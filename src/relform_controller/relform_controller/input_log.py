@@ -6,11 +6,11 @@ From these inputs follow the thrusts of the rotors with their lag.
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from relform_controller.estimation.estimator import AppliedInputs
 from relform_controller.ocp import layout
 from relform_controller.ocp.rotor_lag import RotorLag, Rotors
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Mask
 from relform_core.measurements import TeamMeasurements
 from relform_core.sensors.applied_rotor_speeds import ACKNOWLEDGED_INTERVALS, APPLIED_ROTOR_SPEEDS
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -23,10 +23,14 @@ SAME = 1e-9
 class _Interval:
     """Thrusts of one interval."""
 
-    def __init__(self, thrusts: Array) -> None:
-        self.thrusts = thrusts
+    def __init__(self, planned: Array) -> None:
+        self.planned = planned
+        """By the command for it, this interval and those that follow [N], shape (vehicle, interval, 4)."""
+        self.thrusts: Array = planned[:, 0]
         """Best knowledge of what is commanded [N], shape (vehicle, 4); replaced, never changed in place."""
-        self.is_acknowledged: npt.NDArray[np.bool_] = np.zeros(len(thrusts), dtype=np.bool_)
+        self.is_acknowledged: Mask = np.zeros(len(planned), dtype=np.bool_)
+        self.is_doubted: Mask = np.zeros(len(planned), dtype=np.bool_)
+        """By vehicle, whether it was reported with doubt."""
 
 
 class InputLog:
@@ -49,18 +53,28 @@ class InputLog:
         self._hover = np.full((len(vehicles), layout.N_INPUT), config.hover_thrust)
         self._intervals: dict[int, _Interval] = {}
         """By start [ns]."""
+        self._newest: list[tuple[int, int | None]] = [(0, None)] * len(vehicles)
+        """By vehicle: end of the newest interval that it has acknowledged, and stamp of the command whose
+        plan it flew there [ns]; None: none."""
         self._changed: set[int] = set()
         """Starts of the intervals that ``take_changes`` has not reported."""
 
-    def command(self, start_ns: int, thrusts: Array) -> None:
-        """Note the commands for an interval [N], shape (vehicle, 4), which nobody has flown yet."""
-        self._intervals[start_ns] = _Interval(thrusts)
+    def command(self, start_ns: int, planned: Array) -> None:
+        """Note the commands for an interval, which nobody has flown yet.
+
+        Args:
+            start_ns: of the interval.
+            planned: for this interval and those that follow [N], shape (vehicle, interval, 4).
+        """
+        self._intervals[start_ns] = _Interval(planned)
         self._changed.add(start_ns)
 
     def acknowledge(self, measurements: TeamMeasurements) -> None:
         """Take in what the vehicles report to have flown, and forget what no report will be about."""
         for vehicle, name in enumerate(self._vehicles):
             for report in measurements.by_vehicle[name].arrived(APPLIED_ROTOR_SPEEDS):
+                if report.stamp_ns > self._newest[vehicle][0]:
+                    self._newest[vehicle] = report.stamp_ns, report.command_stamp_ns
                 for start_ns, speeds in zip(report.starts_ns, report.speeds, strict=True):
                     self._acknowledge(vehicle, start_ns, self._thrust_coefficient * speeds**2)
         oldest_ns = measurements.arrival_ns - 2 * ACKNOWLEDGED_INTERVALS * self._period_ns
@@ -83,20 +97,37 @@ class InputLog:
         """Mean thrusts of the rotors in an interval [N], shape (vehicle, 4)."""
         return self.rotors(start_ns, lag).mean(self.thrusts(start_ns), self._period)
 
-    def take_changes(self, now_ns: int) -> Mapping[int, Array]:
+    def take_changes(self, now_ns: int) -> Mapping[int, AppliedInputs]:
         """Intervals that ended until now and became known or changed since the last call.
 
         Returns:
-            Thrusts [N], shape (vehicle, 4), by start of the interval [ns], in this order.
+            By start of the interval [ns], in this order.
         """
         self._interval(now_ns - self._period_ns)
         taken = sorted(start_ns for start_ns in self._changed if start_ns < now_ns)
         self._changed.difference_update(taken)
-        return {start_ns: self._intervals[start_ns].thrusts for start_ns in taken}
+        return {
+            start_ns: AppliedInputs(self._intervals[start_ns].thrusts, self._doubt(start_ns))
+            for start_ns in taken
+        }
+
+    def _doubt(self, start_ns: int) -> Array:
+        """What is added to the thrusts of an interval if the plans last known to be flown continue."""
+        interval = self._intervals[start_ns]
+        doubt = np.zeros_like(interval.thrusts)
+        for vehicle, (_, command_ns) in enumerate(self._newest):
+            flown = self._intervals.get(command_ns) if command_ns is not None else None
+            if flown is None or command_ns is None or interval.is_acknowledged[vehicle]:
+                continue
+            later = (start_ns - command_ns) // self._period_ns
+            if 0 < later < flown.planned.shape[1]:
+                doubt[vehicle] = flown.planned[vehicle, later] - interval.thrusts[vehicle]
+        interval.is_doubted = np.asarray(doubt.any(axis=1))
+        return doubt
 
     def _interval(self, start_ns: int) -> _Interval:
         if start_ns not in self._intervals:
-            self.command(start_ns, self._hover)
+            self.command(start_ns, self._hover[:, None])
         return self._intervals[start_ns]
 
     def _acknowledge(self, vehicle: int, start_ns: int, thrusts: Array) -> None:
@@ -104,7 +135,9 @@ class InputLog:
         if interval.is_acknowledged[vehicle]:
             return
         interval.is_acknowledged[vehicle] = True
-        if not np.allclose(thrusts, interval.thrusts[vehicle], rtol=SAME, atol=0.0):
+        is_same = np.allclose(thrusts, interval.thrusts[vehicle], rtol=SAME, atol=0.0)
+        if not is_same:
             interval.thrusts = interval.thrusts.copy()
             interval.thrusts[vehicle] = thrusts
+        if not is_same or interval.is_doubted[vehicle]:
             self._changed.add(start_ns)

@@ -61,6 +61,8 @@ class Onboard:
         self._early: dict[int, RotorCommand] = {}
         """Those to come, by stamp [ns]."""
         self._is_disarmed = False
+        self.flown_stamp_ns: int | None = None
+        """Stamp of the command whose plan the last interval was flown by [ns]; None: by none."""
         self.counts = OnboardCounts()
         self.set_limits(config.failsafe)
 
@@ -95,6 +97,7 @@ class Onboard:
                 self.counts.rejected += 1
         for due_ns in sorted(each for each in self._early if each <= stamp_ns):
             self._last = self._early.pop(due_ns)
+        self.flown_stamp_ns = None
         if self._is_disarmed:
             self.counts.disarmed += 1
             return np.zeros(4)
@@ -102,6 +105,7 @@ class Onboard:
             self.counts.hovered += 1
             speeds = self._failsafe.hover(imu, optic_flow)
         elif (planned := self._planned(stamp_ns, self._last)) is not None:
+            self.flown_stamp_ns = self._last.stamp_ns
             speeds = planned
         else:
             self.counts.failsafe += 1

@@ -116,7 +116,9 @@ class Vehicle:
             for measurement in self._readings.arrived(sensor):
                 self._link.up.send(stamp_ns, (sensor, measurement))
         if self._applied and self._config.acknowledges_commands:
-            report = AppliedRotorSpeeds(stamp_ns, self._config.period_ns, np.array(self._applied))
+            report = AppliedRotorSpeeds(
+                stamp_ns, self._config.period_ns, np.array(self._applied), self._onboard.flown_stamp_ns
+            )
             self._link.up.send(stamp_ns, (APPLIED_ROTOR_SPEEDS, report))
         return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
 

@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from relform_analysis.flight.simulate import simulate
-from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
+from relform_controller.estimation.estimator import AppliedInputs, Estimator, TeamEstimate, Waiting
 from relform_controller.estimation.raw import RawEstimator
 from relform_controller.estimation.registry import make_estimator
 from relform_controller.estimation.team import TeamEstimator
@@ -303,11 +303,15 @@ class HoldEstimator:
         self.applied: list[np.ndarray] = []
 
     def update(
-        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
+        self,
+        measurements: TeamMeasurements,
+        applied: Mapping[int, AppliedInputs],
+        predicted: Prediction | None,
     ) -> TeamEstimate | Waiting:
-        ((start_ns, thrusts),) = applied.items()
+        ((start_ns, inputs),) = applied.items()
         assert start_ns == measurements.arrival_ns - 50_000_000
-        self.applied.append(thrusts)
+        assert not inputs.doubt.any()
+        self.applied.append(inputs.thrusts)
         estimate = self._raw.update(measurements, applied, self._before)
         if isinstance(estimate, TeamEstimate):
             self._before = Prediction(estimate.states, estimate.geometry)

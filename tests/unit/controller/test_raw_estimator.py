@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_controller.estimation.estimator import TeamEstimate, Waiting
+from relform_controller.estimation.estimator import AppliedInputs, TeamEstimate, Waiting
 from relform_controller.estimation.raw import RawEstimator
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Prediction, TeamGeometry
@@ -22,7 +22,7 @@ from support.world import GYRO_VARIANCE, TrueVehicle, measure, random_team, rela
 NAMES = ("leader", "follower_1", "follower_2")
 PAIRS = layout.ordered_pairs(3)
 PERIOD = 0.05
-APPLIED = {-50_000_000: np.full((3, layout.N_INPUT), 1.7)}
+APPLIED = {-50_000_000: AppliedInputs(np.full((3, 4), 1.7), np.zeros((3, 4)))}
 YAW_STD_MAX = math.radians(20.0)
 
 

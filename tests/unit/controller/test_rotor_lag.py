@@ -71,7 +71,7 @@ def test_the_log_of_inputs_carries_the_thrusts_of_the_rotors() -> None:
     log = InputLog(names, period_ns, scenario.vehicle)
     commands = np.random.default_rng(5).uniform(1.0, 2.5, (3, 3, 4))
     for interval, command in enumerate(commands):
-        log.command(interval * period_ns, command)
+        log.command(interval * period_ns, command[:, None])
 
     def expected() -> Array:
         thrusts = np.full((3, 4), hover)
@@ -86,7 +86,7 @@ def test_the_log_of_inputs_carries_the_thrusts_of_the_rotors() -> None:
     commands[1, 2] = 0.9
     speeds = np.sqrt(commands[1:, 2] / scenario.vehicle.thrust_coefficient)
     report = VehicleMeasurements(
-        {APPLIED_ROTOR_SPEEDS.name: (AppliedRotorSpeeds(3 * period_ns, period_ns, speeds),)}
+        {APPLIED_ROTOR_SPEEDS.name: (AppliedRotorSpeeds(3 * period_ns, period_ns, speeds, None),)}
     )
     silent = VehicleMeasurements({})
     by_vehicle = dict(zip(names, (silent, silent, report), strict=True))

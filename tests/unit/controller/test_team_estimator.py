@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from relform_controller.estimation.estimator import TeamEstimate, Waiting
+from relform_controller.estimation.estimator import AppliedInputs, TeamEstimate, Waiting
 from relform_controller.estimation.team import TeamEstimator
 from relform_controller.estimation.team_monitor import RUN
 from relform_controller.formation_controller import FormationController
@@ -57,7 +57,8 @@ def estimates(
     found, thrusts = [], hover
     for measurements, decision in zip(measured, flight.decided, strict=False):
         before_ns = measurements.arrival_ns - SCENARIO.config.period_ns
-        found.append(estimator.update(measurements, {before_ns: thrusts}, None))
+        inputs = AppliedInputs(thrusts, np.zeros((3, 4)))
+        found.append(estimator.update(measurements, {before_ns: inputs}, None))
         thrusts = coefficient * np.array([c.speeds for c in decision.commands.values()]) ** 2
     return found
 
@@ -287,12 +288,35 @@ def test_torques_that_the_model_does_not_explain_are_followed(flight: Flight) ->
     """The vehicles fly as recorded, but the filter is told of torques that they never had."""
     estimator = TeamEstimator(SCENARIO.config)
     coefficient = SCENARIO.config.vehicle.thrust_coefficient
-    wrong, rates = {}, []
+    wrong: dict[int, AppliedInputs] = {}
+    rates = []
     for measurements, decision in zip(flight.measured, flight.decided, strict=True):
         estimate = estimator.update(measurements, wrong, None)
         thrusts = coefficient * np.array([c.speeds for c in decision.commands.values()]) ** 2
-        wrong = {measurements.arrival_ns: thrusts + [0.05, 0.0, -0.05, 0.0]}  # 2.6 rad/s^2 of pitch
+        thrusts = thrusts + [0.05, 0.0, -0.05, 0.0]  # 2.6 rad/s^2 of pitch
+        wrong = {measurements.arrival_ns: AppliedInputs(thrusts, np.zeros((3, 4)))}
         if isinstance(estimate, TeamEstimate):
             rates.append(estimate.states[:, layout.RATE])
     right = last(flight, flight.measured).states[:, layout.RATE]
     np.testing.assert_allclose(rates[-1], right, atol=0.15)
+
+
+def test_doubt_about_the_inputs_makes_the_belief_less_certain(flight: Flight) -> None:
+    """The rate about y may be off by the torque in doubt: half the difference is one standard deviation."""
+    vehicle = SCENARIO.config.vehicle
+    silent = dataclasses.replace(
+        flight.measured[1], by_vehicle=dict.fromkeys(SCENARIO.config.team.vehicles, VehicleMeasurements({}))
+    )
+    variances = []
+    doubt = np.zeros((3, 4))
+    for difference in (0.0, 0.04):
+        doubt[1] = [-difference, 0.0, difference, 0.0]
+        estimator = TeamEstimator(SCENARIO.config)
+        estimator.update(flight.measured[0], {}, None)
+        estimator.update(silent, {0: AppliedInputs(np.full((3, 4), vehicle.hover_thrust), doubt)}, None)
+        assert estimator.belief is not None
+        variances.append(np.diag(estimator.belief.covariance).reshape(3, -1)[:, 10])
+    rate = vehicle.arm_length * 2.0 * 0.04 / vehicle.inertia[1] * SCENARIO.config.controller.period
+    added = variances[1] - variances[0]
+    assert np.sqrt(added[1]) == pytest.approx(0.5 * rate, rel=0.05)
+    assert np.abs(added[[0, 2]]).max() < 1e-12

@@ -24,12 +24,12 @@ def thrusts(value: float) -> Array:
     return np.full((2, 4), value)
 
 
-def told(timeline: Timeline[Story], now_ns: int) -> Story:
+def told(timeline: Timeline[Story, Array], now_ns: int) -> Story:
     return timeline.come_forward(now_ns, correct, predict)
 
 
 def test_what_was_measured_and_flown_is_told_in_order() -> None:
-    timeline: Timeline[Story] = Timeline(100, (), thrusts(1.5))
+    timeline: Timeline[Story, Array] = Timeline(100, (), thrusts(1.5))
     timeline.measure(100, ("a", "imu"), "imu")
     timeline.measure(100, ("a", "sonar"), "sonar")
     timeline.command(120, thrusts(2.5))
@@ -45,8 +45,8 @@ def test_what_was_measured_and_flown_is_told_in_order() -> None:
 
 @given(order=st.permutations(range(len(STAMPS_NS))), looks=st.lists(st.booleans(), min_size=4, max_size=4))
 def test_the_order_of_arrival_does_not_matter(order: list[int], looks: list[bool]) -> None:
-    ordered: Timeline[Story] = Timeline(90, (), thrusts(1.5))
-    mixed: Timeline[Story] = Timeline(90, (), thrusts(1.5))
+    ordered: Timeline[Story, Array] = Timeline(90, (), thrusts(1.5))
+    mixed: Timeline[Story, Array] = Timeline(90, (), thrusts(1.5))
     for k in range(len(STAMPS_NS)):
         ordered.measure(STAMPS_NS[k], ("a", "imu"), k)
         ordered.command(STAMPS_NS[k], thrusts(k + 2.0))
@@ -67,7 +67,7 @@ def test_nothing_is_computed_twice() -> None:
         corrected.append(stamp_ns)
         return known
 
-    timeline: Timeline[Story] = Timeline(100, (), thrusts(1.5))
+    timeline: Timeline[Story, Array] = Timeline(100, (), thrusts(1.5))
     for stamp_ns in (100, 150, 200):
         timeline.measure(stamp_ns, ("a", "imu"), "imu")
         timeline.come_forward(stamp_ns, counting, predict)
@@ -78,7 +78,7 @@ def test_nothing_is_computed_twice() -> None:
 
 
 def test_what_is_older_than_the_memory_is_ignored() -> None:
-    timeline: Timeline[Story] = Timeline(100, (), thrusts(1.5))
+    timeline: Timeline[Story, Array] = Timeline(100, (), thrusts(1.5))
     for stamp_ns in STAMPS_NS:
         timeline.measure(stamp_ns, ("a", "imu"), stamp_ns)
     before = told(timeline, 200)

@@ -105,6 +105,7 @@ def test_a_vehicle_with_a_delayed_link() -> None:
         if applied is not None and step > 2 * DELAY_STEPS:
             assert list(applied.starts_ns) == [k * PERIOD_NS for k in range(step - DELAY_STEPS)]
             np.testing.assert_array_equal(applied.speeds[DELAY_STEPS], np.full(4, 502.0))
+            assert applied.command_stamp_ns == (step - 2 * DELAY_STEPS - 1) * PERIOD_NS
     # The first command arrives two intervals late, and its plan holds the speeds of the commands after it.
     assert delayed["leader"].counts.missing == DELAY_STEPS
     assert delayed["leader"].counts.rejected == 0

@@ -160,6 +160,16 @@ def test_a_late_command_applies_from_its_stamp_on() -> None:
     assert flight.onboard.counts == OnboardCounts(missing=2, rejected=2, replayed=6)
 
 
+def test_it_tells_which_command_was_flown() -> None:
+    flight = Flight()
+    flown_steps = []
+    for arrived in (None, command(1, n_predicted=1), None, None, command(3)):
+        flight.next(arrived)
+        stamp_ns = flight.onboard.flown_stamp_ns
+        flown_steps.append(None if stamp_ns is None else stamp_ns // PERIOD_NS)
+    assert flown_steps == [None, 1, 1, None, 3]
+
+
 def test_an_early_command_is_kept_until_its_stamp() -> None:
     flight = Flight()
     flight.next(command(0))

@@ -54,6 +54,17 @@ class Waiting:
     """What is missing, for people."""
 
 
+@dataclass(frozen=True, eq=False)
+class AppliedInputs:
+    """What the vehicles flew in one interval, to the best knowledge."""
+
+    thrusts: Array
+    """Commanded to the rotors [N], shape (vehicle, N_INPUT)."""
+    doubt: Array
+    """What would be added if the commands since a vehicle's last acknowledgement were lost [N], shape
+    (vehicle, N_INPUT); zero where it has acknowledged the thrusts."""
+
+
 class Estimator(Protocol):
     """Turns the measurements of each control step into an estimate of the team."""
 
@@ -62,15 +73,17 @@ class Estimator(Protocol):
         """Whether the geometry of every estimate has disturbances, for the prediction model."""
 
     def update(
-        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
+        self,
+        measurements: TeamMeasurements,
+        applied: Mapping[int, AppliedInputs],
+        predicted: Prediction | None,
     ) -> TeamEstimate | Waiting:
         """The estimate at the instant of one control step; called once per step, in order.
 
         Args:
             measurements: what arrived in this step.
-            applied: inputs [N], shape (vehicle, N_INPUT), by start of the interval [ns]: of the one that ends
-                at this instant, and of earlier ones about which something became known. Each value may be a
-                guess until the vehicles have acknowledged it; then it comes again if it was wrong.
+            applied: by start of the interval [ns]: of the one that ends at this instant, and of earlier ones
+                about which something became known.
             predicted: what the last plan predicts for this instant; None before the first plan. An estimator
                 with a model of its own does not need it.
         Returns:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from relform_controller.estimation.estimator import TeamEstimate, Waiting, listed
+from relform_controller.estimation.estimator import AppliedInputs, TeamEstimate, Waiting, listed
 from relform_controller.estimation.relative_yaw import (
     YawEstimate,
     propagate,
@@ -74,7 +74,10 @@ class RawEstimator:
         """The newest measurements, as long as there is no plan; NaN where there was none yet."""
 
     def update(
-        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
+        self,
+        measurements: TeamMeasurements,
+        applied: Mapping[int, AppliedInputs],
+        predicted: Prediction | None,
     ) -> TeamEstimate | Waiting:
         """See ``Estimator.update``. The applied inputs are not used: raw feedback has no model."""
         source = self._before_start if predicted is None else predicted

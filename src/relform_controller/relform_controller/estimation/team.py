@@ -12,7 +12,7 @@ from relform_controller.estimation import (
     team_noise,
     team_restart,
 )
-from relform_controller.estimation.estimator import TeamEstimate, Waiting
+from relform_controller.estimation.estimator import AppliedInputs, TeamEstimate, Waiting
 from relform_controller.estimation.lag_finder import CANDIDATES, LagEvidence, LagFinder
 from relform_controller.estimation.team_filter import Belief, Innovation, TeamFilter, squared_distances
 from relform_controller.estimation.team_health import TeamHealth
@@ -46,8 +46,8 @@ class _Known:
 
     belief: Belief
     memory: Memory
-    commanded: Array
-    """Thrusts commanded for the interval that ends here [N], shape (vehicle, 4)."""
+    inputs: AppliedInputs
+    """Of the interval that ends here."""
     rotors: LagEvidence
 
     @property
@@ -111,13 +111,16 @@ class TeamEstimator:
             for name in self._vehicles
         }
         self._health = TeamHealth(self._sensors, 0)
-        self._timeline: Timeline[_Known] | None = None
+        self._timeline: Timeline[_Known, AppliedInputs] | None = None
         self._findings = _Findings(set())
         self.belief: Belief | None = None
         """After the measurements of the last update; None: there is none yet."""
 
     def update(
-        self, measurements: TeamMeasurements, applied: Mapping[int, Array], predicted: Prediction | None
+        self,
+        measurements: TeamMeasurements,
+        applied: Mapping[int, AppliedInputs],
+        predicted: Prediction | None,
     ) -> TeamEstimate | Waiting:
         """See ``Estimator.update``. The plan's prediction is not used: the filter has a model of its own."""
         now_ns = measurements.arrival_ns
@@ -126,8 +129,8 @@ class TeamEstimator:
             if isinstance(first, Waiting):
                 return first
             self._timeline = self._timeline_from(first)
-        for start_ns, thrusts in applied.items():
-            self._timeline.command(start_ns, thrusts)
+        for start_ns, inputs in applied.items():
+            self._timeline.command(start_ns, inputs)
         self._findings = _Findings(set())
         for name in self._vehicles:
             for sensor, arrived in measurements.by_vehicle[name].by_sensor.items():
@@ -146,26 +149,30 @@ class TeamEstimator:
         self.belief = known.belief
         return self._estimate(now_ns, known.belief)
 
-    def _timeline_from(self, first: FirstBelief) -> Timeline[_Known]:
+    def _timeline_from(self, first: FirstBelief) -> Timeline[_Known, AppliedInputs]:
         memory = Memory.empty(len(self._vehicles), len(self._pairs))
+        hover = AppliedInputs(self._hover, np.zeros_like(self._hover))
         timeline = Timeline(
             first.stamp_ns,
-            _Known(first.belief, memory, self._hover, self._lag_finder.start(self._hover)),
-            self._hover,
+            _Known(first.belief, memory, hover, self._lag_finder.start(self._hover)),
+            hover,
         )
         for key, measurement in first.measured.items():
             timeline.measure(first.stamp_ns, key, measurement)
         return timeline
 
-    def _predict(self, known: _Known, commanded: Array | None, duration_ns: int) -> _Known:
+    def _predict(self, known: _Known, inputs: AppliedInputs | None, duration_ns: int) -> _Known:
         """What is known after an interval without measurements."""
-        commanded = known.commanded if commanded is None else commanded
+        inputs = known.inputs if inputs is None else inputs
         duration, period = (ns / NANOSECONDS_PER_SECOND for ns in (duration_ns, self._period_ns))
-        mean = known.rotors.lag.mean(known.thrusts, commanded, duration)
+        mean = known.rotors.lag.mean(known.thrusts, inputs.thrusts, duration)
         noise = self._noise.variances(mean, duration, period, self._body)
         belief = self._filter.predict(known.belief, mean, duration, noise)
-        rotors = self._lag_finder.commanded(known.rotors, commanded, duration)
-        return _Known(belief, known.memory, commanded, rotors)
+        if inputs.doubt.any():
+            other = self._filter.predict(known.belief, mean + inputs.doubt, duration, noise)
+            belief = belief.widened(team_noise.doubted(other.states - belief.states))
+        rotors = self._lag_finder.commanded(known.rotors, inputs.thrusts, duration)
+        return _Known(belief, known.memory, inputs, rotors)
 
     def _correct(self, known: _Known, stamp_ns: int, measured: Measured) -> _Known:
         """What is known after the measurements of an instant."""
@@ -209,7 +216,7 @@ class TeamEstimator:
             belief = self._placed_again(belief, vehicle, measured)
             runs = np.where([vehicle in pair for pair in self._pairs], 0, runs)
         memory = Memory(drift, runs, contradictions, misfits)
-        return _Known(belief, memory, known.commanded, self._with_turns(known.rotors, measured))
+        return _Known(belief, memory, known.inputs, self._with_turns(known.rotors, measured))
 
     def _with_turns(self, rotors: LagEvidence, measured: Measured) -> LagEvidence:
         """What is known of the rotors after the attitudes of an instant."""

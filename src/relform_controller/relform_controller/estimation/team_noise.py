@@ -76,6 +76,21 @@ def per_state(
     return deviations
 
 
+def doubted(difference: Array) -> Array:
+    """Deviations of one standard deviation each, as columns, for vehicles that move in one of two ways.
+
+    Args:
+        difference: between the states of the two, shape (vehicle, 19); its half is the deviation for equal
+            odds.
+    Returns:
+        Shape (19 n, vehicle).
+    """
+    n, size = difference.shape
+    columns = np.zeros((n, size, n))
+    columns[np.arange(n), :, np.arange(n)] = 0.5 * difference
+    return columns.reshape(n * size, n)
+
+
 START = per_state(
     position=10.0,
     velocity=0.01,

@@ -10,17 +10,16 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Generic, TypeVar
 
-from relform_core.arrays import Array
-
 K = TypeVar("K")
+C = TypeVar("C")
 
 Measured = dict[tuple[str, str], object]
 """Measurements by (vehicle, sensor)."""
 
 
 @dataclass
-class Instant(Generic[K]):
-    """An instant at which something was measured, or at which the thrusts changed."""
+class Instant(Generic[K, C]):
+    """An instant at which something was measured, or at which the inputs changed."""
 
     stamp_ns: int
     before: K | None = None
@@ -28,26 +27,26 @@ class Instant(Generic[K]):
     after: K | None = None
     """What is known with them; None: to be found again."""
     measured: Measured = field(default_factory=dict)
-    thrusts: Array | None = None
-    """Commanded from here on [N], shape (vehicle, 4); None: as before."""
+    inputs: C | None = None
+    """From here on; None: as before."""
 
 
-class Timeline(Generic[K]):
-    """The instants of the recent past, in order; K is what the filter knows at one of them.
+class Timeline(Generic[K, C]):
+    """The instants of the recent past, in order; K is what the filter knows at one of them, C are inputs.
 
     Args:
         stamp_ns: first instant.
         known: what is known there, before its measurements.
-        thrusts: commanded from there on [N], shape (vehicle, 4).
+        inputs: from there on.
     """
 
-    def __init__(self, stamp_ns: int, known: K, thrusts: Array) -> None:
-        self._instants: list[Instant[K]] = [Instant(stamp_ns, before=known, thrusts=thrusts)]
+    def __init__(self, stamp_ns: int, known: K, inputs: C) -> None:
+        self._instants: list[Instant[K, C]] = [Instant(stamp_ns, before=known, inputs=inputs)]
 
-    def command(self, stamp_ns: int, thrusts: Array) -> None:
-        """Note the thrusts commanded from an instant on; those of the past beyond memory are ignored."""
+    def command(self, stamp_ns: int, inputs: C) -> None:
+        """Note the inputs from an instant on; those of the past beyond memory are ignored."""
         if stamp_ns >= self._instants[0].stamp_ns:
-            self._at(stamp_ns).thrusts = thrusts
+            self._at(stamp_ns).inputs = inputs
             self._forget_what_follows(stamp_ns)
 
     def measure(self, stamp_ns: int, key: tuple[str, str], measurement: object) -> None:
@@ -62,14 +61,14 @@ class Timeline(Generic[K]):
         self,
         now_ns: int,
         correct: Callable[[K, int, Measured], K],
-        predict: Callable[[K, Array | None, int], K],
+        predict: Callable[[K, C | None, int], K],
     ) -> K:
         """What is known at ``now_ns``, its measurements included.
 
         Args:
             now_ns: not before any instant noted.
             correct: (known, stamp [ns], measurements) -> known after the measurements of the same instant.
-            predict: (known, thrusts commanded meanwhile or None: as before, duration [ns]) -> known then.
+            predict: (known, inputs meanwhile or None: as before, duration [ns]) -> known then.
         """
         self._at(now_ns)
         newest = max(i for i, each in enumerate(self._instants) if each.before is not None)
@@ -77,7 +76,7 @@ class Timeline(Generic[K]):
         for instant, following in pairwise(self._instants[newest:]):
             assert instant.after is not None
             duration_ns = following.stamp_ns - instant.stamp_ns
-            following.before = predict(instant.after, instant.thrusts, duration_ns)
+            following.before = predict(instant.after, instant.inputs, duration_ns)
             self._correct(following, correct)
         known = self._instants[-1].after
         assert known is not None
@@ -88,12 +87,12 @@ class Timeline(Generic[K]):
         while len(self._instants) > 1 and self._instants[0].stamp_ns < before_ns:
             del self._instants[0]
 
-    def _correct(self, instant: Instant[K], correct: Callable[[K, int, Measured], K]) -> None:
+    def _correct(self, instant: Instant[K, C], correct: Callable[[K, int, Measured], K]) -> None:
         if instant.after is None:
             assert instant.before is not None
             instant.after = correct(instant.before, instant.stamp_ns, instant.measured)
 
-    def _at(self, stamp_ns: int) -> Instant[K]:
+    def _at(self, stamp_ns: int) -> Instant[K, C]:
         """The instant with this stamp, a new one if needed."""
         if self._instants[-1].stamp_ns == stamp_ns:
             return self._instants[-1]

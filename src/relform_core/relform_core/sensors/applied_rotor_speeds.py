@@ -23,6 +23,9 @@ class AppliedRotorSpeeds:
     speeds: Array
     """By interval, the oldest first; rotors front, left, back, right [rad/s], shape (interval, 4)."""
 
+    command_stamp_ns: int | None
+    """Stamp of the command whose plan was flown in the last interval; None: none was."""
+
     @property
     def starts_ns(self) -> range:
         """Starts of the intervals."""
