@@ -186,13 +186,15 @@ def residual(
     total = means.sum(axis=2)
     R_IB = Rotation.from_euler("ZYX", states[:, :-1, layout.RPY].reshape(-1, 3)[:, ::-1])
     thrust_I = R_IB.apply(np.outer(total.reshape(-1), [0.0, 0.0, 1.0])) / ocp.body.mass
+    v_IB_I = states[:, :-1, layout.VELOCITY].reshape(-1, 3)
+    drag_I = R_IB.apply(np.array(ocp.body.drag) * R_IB.inv().apply(v_IB_I)) / ocp.body.mass
     torque = thrusts @ G[1:].T * HUMMINGBIRD.inertia
     before = np.concatenate([problem.applied_thrusts[:, None], thrusts[:, :-1]], axis=1)
     parts = [
         np.array(formation)[:, 1:],
         (p_NB_N[0] - problem.reference.p_NB_N)[1:],
         (yaw_NB[0] - problem.reference.yaw_NB)[1:],
-        thrust_I - [0.0, 0.0, 9.81],
+        thrust_I - drag_I - [0.0, 0.0, 9.81],
         torque,
         (thrusts - before) @ np.linalg.solve(G0, G).T,
     ]

@@ -35,7 +35,7 @@ class VehicleConfig(Schema):
     rotor_time_constant: Annotated[NonNegative, Field(alias="rotor_time_constant_s")]
     """First-order lag of the rotors [s]; 0: none. The controller knows it."""
     drag_coefficient: Annotated[NonNegativeVector3, Field(alias="drag_coefficient_n_s_m")]
-    """Linear drag along body x, y, z [N s/m]; 0: none."""
+    """Linear drag along body x, y, z [N s/m]; 0: none. The controller knows it."""
     mass_std: Annotated[float, Field(alias="mass_std_percent", ge=0.0, lt=20.0), PERCENT]
     """Relative standard deviation of the true mass; the controller keeps the nominal one."""
     inertia_std: Annotated[float, Field(alias="inertia_std_percent", ge=0.0, lt=20.0), PERCENT]

@@ -69,7 +69,8 @@ CASES = [(1, 2), (2, 3), (3, 4)]
 
 @pytest.mark.parametrize(("seed", "n_vehicles"), CASES)
 def test_derivatives_of_one_stage(seed: int, n_vehicles: int) -> None:
-    problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6")
+    drag = "vehicle.drag_coefficient_n_s_m=[0.3, 0.2, 0.1]"
+    problem = random_problem(seed, n_vehicles, "controller.horizon_steps=6", drag)
     ocp, guess = problem.ocp, feasible_guess(problem, seed)
     following, A, B, *_ = kernels_of(ocp).vehicle_stage(guess.states[:, :-1], guess.thrusts)
     states, thrusts = (
@@ -101,6 +102,7 @@ ANOTHER_VEHICLE = (
     "vehicle.inertia_kg_m2=[0.003, 0.004, 0.006]",
     "vehicle.arm_length_m=0.12",
     "vehicle.torque_coefficient_nm_s2=2.0e-7",
+    "vehicle.drag_coefficient_n_s_m=[0.3, 0.2, 0.1]",
 )
 
 

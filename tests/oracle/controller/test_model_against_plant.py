@@ -14,7 +14,8 @@ from relform_sim.rigid_body import draw_body
 from support.scenarios import NOISE_FREE, paper_scenario
 from support.states import Array, random_state, random_thrusts
 
-CONFIG = paper_scenario(*NOISE_FREE).config  # no uncertainty of mass and inertia
+DRAG = "vehicle.drag_coefficient_n_s_m=[0.3, 0.2, 0.1]"
+CONFIG = paper_scenario(*NOISE_FREE, DRAG).config  # no uncertainty of mass and inertia
 PERIOD = CONFIG.controller.period
 
 

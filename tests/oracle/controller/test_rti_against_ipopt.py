@@ -48,6 +48,7 @@ def rate(problem: Problem, x: ca.SX, u: ca.SX) -> ca.SX:
     )
     inertia = ca.DM(vehicle.inertia)
     acceleration = vertical_thrust_direction(rpy) * ca.sum1(u) / vehicle.mass - ca.vertcat(0, 0, 9.81)
+    acceleration -= vehicle.drag_coefficient[0] / vehicle.mass * x[3:6]  # along all axes alike
     w_rate = (torque(problem, u) - ca.cross(w, inertia * w)) / inertia
     return ca.vertcat(x[3:6], acceleration, ca.solve(w_by_rpy_rate, w), w_rate)
 
@@ -200,6 +201,7 @@ def noisy(problem: Problem, geometry: TeamGeometry, seed: int) -> tuple[Problem,
         (3, 3, PAPER_WEIGHTS, 0.2, True),
         (4, 4, ("controller.horizon_steps=10",), 0.2, True),
         (5, 3, ("vehicle.rotor_time_constant_s=0.05",), 0.2, True),
+        (6, 2, ("vehicle.drag_coefficient_n_s_m=[0.25, 0.25, 0.25]",), 0.1, False),
     ],
 )
 def test_iterated_to_the_solution_of_the_nonlinear_program(

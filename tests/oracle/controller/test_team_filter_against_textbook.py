@@ -20,7 +20,8 @@ from relform_controller.ocp.model import RigidBody
 from support.scenarios import paper_scenario
 
 N = 3
-BODY = RigidBody.from_config(paper_scenario().config.vehicle)
+DRAG = np.array([0.3, 0.2, 0.1])
+BODY = RigidBody.from_config(paper_scenario(f"vehicle.drag_coefficient_n_s_m={DRAG.tolist()}").config.vehicle)
 PAIRS = layout.ordered_pairs(N)
 
 
@@ -83,7 +84,7 @@ def expected_own(state: np.ndarray, thrusts: np.ndarray) -> np.ndarray:
         [
             state[[layout.ROLL, layout.PITCH]],
             state[layout.RATE],
-            thrust_B + R_BN.apply(state[team_model.DISTURBANCE]),
+            thrust_B - DRAG * v_NB_B / BODY.mass + R_BN.apply(state[team_model.DISTURBANCE]),
             v_NB_B,
             state[layout.POSITION][2:],
             state[layout.POSITION],

@@ -1,5 +1,7 @@
 """What each rotor does to the predicted vehicle; the oracle tests integrate the whole model."""
 
+import dataclasses
+
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
@@ -63,8 +65,17 @@ def test_more_thrust_of_one_rotor(rotor: int, signs: tuple[int, int, int]) -> No
 
 def test_thrust_is_upwards_in_the_body() -> None:
     u = ca.SX.sym("u", layout.N_INPUT)
-    force = np.array(ca.Function("f", [u], [force_B(u)])(ca.DM([1.0, 1.5, 2.0, 0.25]))).reshape(-1)
+    force = np.array(
+        ca.Function("f", [u], [force_B(u, ca.SX([1.0, -2.0, 0.5]), BODY)])(ca.DM([1.0, 1.5, 2.0, 0.25]))
+    ).reshape(-1)
     np.testing.assert_allclose(force, [0.0, 0.0, 4.75])
+
+
+def test_drag_acts_against_the_velocity_in_the_body() -> None:
+    """1, -2, 0.5 m/s with 0.3, 0.2, 0.1 N s/m."""
+    u, body = ca.SX.sym("u", layout.N_INPUT), dataclasses.replace(BODY, drag=(0.3, 0.2, 0.1))
+    force = ca.Function("f", [u], [force_B(u, ca.SX([1.0, -2.0, 0.5]), body)])
+    np.testing.assert_allclose(np.array(force(ca.DM([4.0, 4.0, 4.0, 4.0]))).reshape(-1), [-0.3, 0.4, 15.95])
 
 
 def test_net_acceleration_of_a_vehicle_that_pitches_nose_down_is_forward() -> None:

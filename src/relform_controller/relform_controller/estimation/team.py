@@ -166,7 +166,8 @@ class TeamEstimator:
         inputs = known.inputs if inputs is None else inputs
         duration, period = (ns / NANOSECONDS_PER_SECOND for ns in (duration_ns, self._period_ns))
         mean = known.rotors.lag.mean(known.thrusts, inputs.thrusts, duration)
-        noise = self._noise.variances(mean, duration, period, self._body)
+        speeds = np.linalg.norm(known.belief.states[:, layout.VELOCITY], axis=1, keepdims=True)
+        noise = self._noise.variances(mean, duration, period, self._body, speeds)
         belief = self._filter.predict(known.belief, mean, duration, noise)
         if inputs.doubt.any():
             other = self._filter.predict(known.belief, mean + inputs.doubt, duration, noise)

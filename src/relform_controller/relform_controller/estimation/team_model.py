@@ -69,13 +69,13 @@ def own_measurement(body: RigidBody) -> ca.Function:
     """
     state, thrusts = _state("state"), _thrusts()
     R_BN = rotation_IB(state[layout.RPY]).T
-    thrust_acceleration_B = force_B(state[THRUST_SCALE] * thrusts) / body.mass
     v_NB_B = R_BN @ state[layout.VELOCITY]
+    known_acceleration_B = force_B(state[THRUST_SCALE] * thrusts, v_NB_B, body) / body.mass
     measured = ca.vertcat(
         state[layout.ROLL],
         state[layout.PITCH],
         state[layout.RATE],
-        thrust_acceleration_B + R_BN @ state[DISTURBANCE],
+        known_acceleration_B + R_BN @ state[DISTURBANCE],
         v_NB_B,
         state[layout.POSITION][2],
         state[layout.POSITION],

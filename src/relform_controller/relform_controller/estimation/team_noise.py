@@ -28,14 +28,19 @@ class ProcessNoise:
     """[m/s^2]."""
     thrust_scale: float = 1e-6
     inertia_scale: float = 1e-5
+    drag: float = 1e-3
+    """Of the acceleration by the known drag, relative: a part of it turns out to be another force."""
 
-    def variances(self, thrusts: Array, duration: float, period: float, body: RigidBody) -> Array:
+    def variances(
+        self, thrusts: Array, duration: float, period: float, body: RigidBody, speeds: Array | float = 0.0
+    ) -> Array:
         """What an interval adds to the covariance.
 
         Args:
             thrusts: of each rotor in the interval [N], shape (vehicle, 4).
             duration: of the interval [s].
             period: control period [s].
+            speeds: of each vehicle [m/s], shape (vehicle, 1); they matter for a body with drag only.
         Returns:
             Shape (vehicle, 19).
         """
@@ -47,7 +52,8 @@ class ProcessNoise:
         added[:, layout.VELOCITY] = self.velocity**2 * share
         added[:, layout.RPY] = self.angle**2 * share
         added[:, layout.RATE] = self.rate**2 * share + rate_error**2
-        added[:, team_model.DISTURBANCE] = self.disturbance**2 * share
+        disturbance = self.disturbance + self.drag * max(body.drag) / body.mass * speeds
+        added[:, team_model.DISTURBANCE] = disturbance**2 * share
         added[:, team_model.THRUST_SCALE] = self.thrust_scale**2 * share
         added[:, team_model.INERTIA_SCALE] = self.inertia_scale**2 * share
         return added

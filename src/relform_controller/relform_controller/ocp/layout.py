@@ -4,6 +4,7 @@
 POSITION = slice(0, 3)
 VELOCITY = slice(3, 6)
 RPY = slice(6, 9)
+VELOCITY_AND_RPY = slice(3, 9)
 RATE = slice(9, 12)
 ROLL, PITCH, YAW = 6, 7, 8
 N_STATE = 12

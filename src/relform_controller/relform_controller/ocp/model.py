@@ -28,6 +28,13 @@ class RigidBody:
     arm_length: float
     torque_per_thrust: float
     """c_Q / c_T [m]."""
+    drag: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Linear drag along body x, y, z [N s/m]."""
+
+    @property
+    def has_drag(self) -> bool:
+        """Whether there is any. Without it the code of the functions has no trace of it."""
+        return any(self.drag)
 
     @classmethod
     def from_config(cls, vehicle: VehicleConfig) -> "RigidBody":
@@ -37,6 +44,7 @@ class RigidBody:
             vehicle.inertia,
             vehicle.arm_length,
             vehicle.torque_coefficient / vehicle.thrust_coefficient,
+            vehicle.drag_coefficient,
         )
 
 
@@ -75,9 +83,10 @@ def euler_rates_matrix(rpy_IB: ca.SX) -> ca.SX:
     )
 
 
-def force_B(thrusts: ca.SX) -> ca.SX:
-    """F_B of eq. Aerodynamics [N], from the thrust c_T w_k^2 of each rotor [N]."""
-    return ca.vertcat(0, 0, ca.sum1(thrusts))
+def force_B(thrusts: ca.SX, v_NB_B: ca.SX, body: RigidBody) -> ca.SX:
+    """F_B of eq. Aerodynamics, from the thrust c_T w_k^2 of each rotor, and the linear drag [N]."""
+    thrust_B = ca.vertcat(0, 0, ca.sum1(thrusts))
+    return thrust_B - ca.diag(ca.DM(body.drag)) @ v_NB_B if body.has_drag else thrust_B
 
 
 def torque_B(thrusts: ca.SX, body: RigidBody) -> ca.SX:
@@ -102,7 +111,13 @@ def torque_by_thrusts(body: RigidBody) -> Array:
 
 def net_acceleration_I(state: ca.SX, thrusts: ca.SX, body: RigidBody) -> ca.SX:
     """g + R_IB F_B / m, zero at hover [m/s^2] (right side of eq. MPC_Dynamics2 divided by m)."""
-    return GRAVITY_I + rotation_IB(state[layout.RPY]) @ force_B(thrusts) / body.mass
+    R_IB = rotation_IB(state[layout.RPY])
+    return GRAVITY_I + R_IB @ force_B(thrusts, R_IB.T @ state[layout.VELOCITY], body) / body.mass
+
+
+def states_of_acceleration(body: RigidBody) -> slice:
+    """The states that ``net_acceleration_I`` depends on."""
+    return layout.VELOCITY_AND_RPY if body.has_drag else layout.RPY
 
 
 def dynamics(

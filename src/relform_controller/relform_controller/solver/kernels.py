@@ -6,7 +6,7 @@ import casadi as ca
 
 from relform_controller.compiled import compiled
 from relform_controller.ocp import layout
-from relform_controller.ocp.model import UNDISTURBED, net_acceleration_I, rk4_step
+from relform_controller.ocp.model import UNDISTURBED, net_acceleration_I, rk4_step, states_of_acceleration
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.term import CompiledFunction, Term
 
@@ -31,8 +31,8 @@ class Kernels:
         vehicle."""
         self.vehicle_stage = loaded["vehicle_stage"]
         """(state, mean thrusts, disturbance if there is one) -> next state, A (12, 12), B (12, 4), net
-        acceleration in {mi} (3,), its derivatives by rpy (3, 3) and by thrusts (3, 4); per vehicle and stage
-        0..N-1."""
+        acceleration in {mi} (3,), its derivatives by the states that it depends on and by thrusts (3, 4); per
+        vehicle and stage 0..N-1."""
         self.of_terms: Mapping[str, CompiledFunction] = loaded
         """The functions of the terms, by name, beside the two above."""
 
@@ -53,7 +53,7 @@ def _vehicle_stage(ocp: Ocp) -> ca.Function:
         ca.jacobian(following, state),
         ca.jacobian(following, by_thrusts),
         acceleration,
-        ca.jacobian(acceleration, state)[:, layout.RPY],
+        ca.jacobian(acceleration, state)[:, states_of_acceleration(ocp.body)],
         ca.jacobian(acceleration, by_thrusts),
     ]
     return ca.Function("vehicle_stage", inputs, [ca.densify(output) for output in outputs])

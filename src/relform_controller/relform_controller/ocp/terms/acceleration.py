@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from relform_controller.ocp import layout
+from relform_controller.ocp.model import states_of_acceleration
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.term import ByMeanThrusts, ByStates, Derivatives, Expansion, Instance
 from relform_core.arrays import Array
@@ -25,6 +25,7 @@ class Acceleration:
     def __init__(self, ocp: Ocp) -> None:
         self.n_items = ocp.n_vehicles
         self._vehicles = np.arange(ocp.n_vehicles)
+        self._states = states_of_acceleration(ocp.body)
 
     def weights(self, weights: WeightsConfig) -> Array:
         """See ``Term``."""
@@ -34,15 +35,15 @@ class Acceleration:
         """See ``Term``."""
         acceleration = expansion.acceleration
         return (
-            ByStates(self._vehicles, layout.RPY, acceleration.by_rpy),
+            ByStates(self._vehicles, self._states, acceleration.by_states),
             ByMeanThrusts(self._vehicles, acceleration.by_thrusts),
         )
 
     def residual(self, expansion: Expansion, instance: Instance) -> Array:
         """See ``Term``."""
-        rpy_deviation = instance.state_deviation[:, :-1, layout.RPY]
-        tilted = np.einsum("vkij,vkj->vki", expansion.acceleration.by_rpy, rpy_deviation)
-        residual: Array = expansion.acceleration.value + tilted
+        deviation = instance.state_deviation[:, :-1, self._states]
+        moved = np.einsum("vkij,vkj->vki", expansion.acceleration.by_states, deviation)
+        residual: Array = expansion.acceleration.value + moved
         if instance.mean_thrust_deviation is not None:
             by_thrusts = expansion.acceleration.by_thrusts
             residual += np.einsum("vkij,vkj->vki", by_thrusts, instance.mean_thrust_deviation)

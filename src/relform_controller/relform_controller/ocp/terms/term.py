@@ -25,8 +25,8 @@ class NetAcceleration:
 
     value: Array
     """[m/s^2], shape (vehicle, stage, 3)."""
-    by_rpy: Array
-    """Shape (vehicle, stage, 3, 3)."""
+    by_states: Array
+    """By ``states_of_acceleration``, shape (vehicle, stage, 3, state)."""
     by_thrusts: Array
     """Shape (vehicle, stage, 3, N_INPUT)."""
 
