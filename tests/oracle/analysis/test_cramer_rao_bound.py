@@ -69,7 +69,7 @@ def test_estimator_is_near_what_its_sensors_allow() -> None:
     scenario = paper_scenario("controller=team", short_phases(6.0), seed=11)
     body = RigidBody.from_config(scenario.config.vehicle)
     bounds, errors = [], []
-    for seed in (11, 12, 13):
+    for seed in (11, 12):
         steps = fly(scenario.with_seed(seed))
         bounds.append([pair_bounds(steps, body, 0.05, each)[20:] for each in ASSUMPTIONS])
         errors.append(
