@@ -35,6 +35,13 @@ NO_LOCALIZATION = (
 )
 
 JUMP = "kind: localization_jump, target: leader, start_s: 12.0, end_s: 27.0, offset_m: [0.3, -0.4, 0.0]"
+BLIND = (
+    "kind: dropout, target: follower_1, sensor: range_bearing, start_s: 12.0, end_s: 13.0, probability: 1.0"
+)
+HIDDEN = tuple(
+    f"kind: occlusion, target: {one}, hidden: {other}, start_s: 5.0, end_s: 27.0"
+    for one, other in (("leader", "follower_2"), ("follower_2", "leader"))
+)
 NO_IMU = "kind: dropout, target: follower_1, sensor: imu, start_s: 12.0, end_s: 17.0, probability: 1.0"
 
 
@@ -64,6 +71,8 @@ def test_a_lag_of_the_rotors_that_nobody_configured() -> None:
         (events(NO_LOCALIZATION, wind("follower_2")), 0.013),
         (events(JUMP), 0.010),
         (events(NO_IMU), 0.014),
+        (events(BLIND), 0.011),
+        (events(*HIDDEN), 0.014),
         ("sensors.range_bearing.dropout_probability=0.5", 0.015),
     ],
     ids=[
@@ -73,6 +82,8 @@ def test_a_lag_of_the_rotors_that_nobody_configured() -> None:
         "no_localization_and_wind",
         "localization_jump",
         "no_imu",
+        "a_follower_sees_nothing_for_one_second",
+        "leader_and_a_follower_no_longer_see_each_other",
         "half_of_all_sightings",
     ],
 )

@@ -65,6 +65,14 @@ class Dropout(_Event):
     probability: Probability
 
 
+class Occlusion(_Event):
+    """The vehicle does not see another one."""
+
+    kind: Literal["occlusion"]
+    hidden: Name
+    """The other vehicle."""
+
+
 class LocalizationJump(_Event):
     """The localization of the leader is off by a constant."""
 
@@ -94,6 +102,6 @@ class LinkFault(_Event):
 
 
 Event = Annotated[
-    Wind | ThrustScale | Outliers | Dropout | LocalizationJump | CommandLoss | LinkFault,
+    Wind | ThrustScale | Outliers | Dropout | Occlusion | LocalizationJump | CommandLoss | LinkFault,
     Field(discriminator="kind"),
 ]

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from relform_core.controller_config import ControllerConfig
-from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump
+from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump, Occlusion
 from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig
 from relform_core.schema import Label, Name, NonNegative, Positive, Schema, Vector3
@@ -250,6 +250,11 @@ class ScenarioConfig(Schema):
                 raise ValueError(
                     f"event '{event.kind}' targets the unknown vehicle '{event.target}', "
                     f"known are {', '.join(self.team.vehicles)}"
+                )
+            if isinstance(event, Occlusion) and event.hidden not in set(self.team.vehicles) - {event.target}:
+                raise ValueError(
+                    f"event 'occlusion' hides '{event.hidden}' from '{event.target}', "
+                    "which is no other vehicle of the team"
                 )
             if isinstance(event, Dropout):
                 self._check_carried(event.kind, event.target, event.sensor)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from relform_core.arrays import Array
-from relform_core.events_config import Outliers
+from relform_core.events_config import Occlusion, Outliers
 from relform_core.measurements import Odometry
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearingConfig, RangeBearings
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -31,26 +31,29 @@ class RangeBearingSensor:
         observer: str,
         targets: Sequence[str],
         outliers: Sequence[Outliers],
+        occlusions: Sequence[Occlusion] = (),
     ) -> None:
-        """Observer, possible targets in team order, and outlier events; of several events the first acts."""
+        """Observer, possible targets in team order, and events; of several outlier events the first acts."""
         self._config = config
         self._generator = generator
         self._observer = observer
         self._targets = tuple(targets)
         self._outliers = tuple(outliers)
+        self._occlusions = tuple(occlusions)
 
     def read(self, ground_truth: Mapping[str, Odometry]) -> RangeBearings:
         """Measure, given the true states of observer and targets at one instant."""
         observer = ground_truth[self._observer]
         time = observer.stamp_ns / NANOSECONDS_PER_SECOND
         outlier = next((event for event in self._outliers if event.active(time)), None)
+        hidden = {event.hidden for event in self._occlusions if event.active(time)}
         R_NB = rotation_matrix(observer.q_NB)
         by_target = {}
         for target in self._targets:
             # Body {t} of the target relative to body {b} of the observer.
             p_BT_B = R_NB.T @ (ground_truth[target].p_NB_N - observer.p_NB_N)
             measured = self._read_target(target, p_BT_B, outlier)
-            if measured is not None:
+            if measured is not None and target not in hidden:
                 by_target[target] = measured
         return RangeBearings(observer.stamp_ns, by_target)
 
@@ -89,7 +92,8 @@ def mount(config: RangeBearingConfig, generator: np.random.Generator, carrier: C
     """The model on this vehicle."""
     targets = [vehicle for vehicle in carrier.vehicles if vehicle != carrier.name]
     outliers = [event for event in carrier.events if isinstance(event, Outliers)]
-    sensor = RangeBearingSensor(config, generator, carrier.name, targets, outliers)
+    occlusions = [event for event in carrier.events if isinstance(event, Occlusion)]
+    sensor = RangeBearingSensor(config, generator, carrier.name, targets, outliers, occlusions)
     return lambda scene: sensor.read(scene.ground_truth)
 
 

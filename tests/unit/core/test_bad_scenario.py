@@ -127,6 +127,10 @@ def test_sections_that_contradict_themselves(override: str, problem: str) -> Non
             "event 'dropout': 'follower_1' has no localization, only the leader has",
         ),
         (
+            "events=[{kind: occlusion, start_s: 1, end_s: 2, target: follower_1, hidden: follower_1}]",
+            "event 'occlusion' hides 'follower_1' from 'follower_1', which is no other vehicle of the team",
+        ),
+        (
             "events=[{kind: localization_jump, start_s: 1, end_s: 2, target: follower_1, "
             "offset_m: [0.5, 0.0, 0.0]}]",
             "event 'localization_jump': 'follower_1' has no localization, only the leader has",
@@ -167,7 +171,8 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
         (
             "events=[{kind: hail}]",
             "events.0.kind: must be one of "
-            "'wind', 'thrust_scale', 'outliers', 'dropout', 'localization_jump', 'command_loss', 'link' "
+            "'wind', 'thrust_scale', 'outliers', 'dropout', 'occlusion', 'localization_jump', "
+            "'command_loss', 'link' "
             "(got 'hail')",
         ),
         (

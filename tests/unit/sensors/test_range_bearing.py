@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from relform_core.events_config import Outliers
+from relform_core.events_config import Occlusion, Outliers
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearings, Sector
@@ -224,3 +224,21 @@ def test_targets_drop_out_with_the_specified_probability() -> None:
     scene = Scene(dropout_probability=0.2)
     seen = sum(scene.sees(1.5, 100.0, -20.0) for _ in range(2000))
     assert seen == pytest.approx(1600, abs=90)
+
+
+def test_an_occlusion_hides_one_vehicle_and_changes_nothing_else() -> None:
+    hidden = Occlusion(kind="occlusion", target="me", hidden="second", start_s=1.0, end_s=2.5)
+    free, occluded = (
+        RangeBearingSensor(CONFIG, np.random.default_rng(3), "me", ["first", "second", "third"], (), events)
+        for events in ((), (hidden,))
+    )
+    for time, names in ((0.9, {"first", "second", "third"}), (1.0, {"first", "third"}), (2.5, {"second"})):
+        offsets = {"first": (1.0, 0.5, 0.2), "second": (-1.0, 0.4, -0.3), "third": (0.2, -1.5, 0.1)}
+        truth = {"me": odometry(P_NB_N, time)} | {
+            name: odometry(P_NB_N + ATTITUDE.apply(offset), time) for name, offset in offsets.items()
+        }
+        all_of_them, seen = (sensor.read(truth).by_target for sensor in (free, occluded))
+        assert names <= set(seen)
+        assert ("second" in seen) == ("second" in names)
+        for name, measured in seen.items():
+            assert measured.range == all_of_them[name].range
