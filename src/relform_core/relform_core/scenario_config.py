@@ -12,7 +12,7 @@ from relform_core.controller_config import ControllerConfig
 from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump, Occlusion
 from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig
-from relform_core.schema import Label, Name, NonNegative, Positive, Schema, Vector3
+from relform_core.schema import Label, Name, NonNegative, NonNegativeVector3, Positive, Schema, Vector3
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
@@ -65,6 +65,8 @@ class PlantConfig(Schema):
     step: Annotated[float, Field(alias="step_s", gt=0.0, le=0.005)]
     rotor_time_constant: Annotated[NonNegative | None, Field(alias="rotor_time_constant_s")] = None
     """True lag of the rotors [s]; null: that of the vehicle's configuration, which the controller knows."""
+    drag_coefficient: Annotated[NonNegativeVector3 | None, Field(alias="drag_coefficient_n_s_m")] = None
+    """True linear drag along body x, y, z [N s/m]; null likewise."""
 
 
 class LockstepConfig(Schema):
@@ -160,10 +162,14 @@ class ScenarioConfig(Schema):
         return (*self.sensors_of(vehicle), *acknowledgement)
 
     @property
-    def true_rotor_time_constant(self) -> float:
-        """First-order lag of the true rotors [s]."""
-        configured = self.vehicle.rotor_time_constant
-        return configured if self.plant.rotor_time_constant is None else self.plant.rotor_time_constant
+    def true_vehicle(self) -> VehicleConfig:
+        """The vehicle with the lag and drag of the plant; mass and inertia are still nominal."""
+        of_plant = {
+            "rotor_time_constant": self.plant.rotor_time_constant,
+            "drag_coefficient": self.plant.drag_coefficient,
+        }
+        changes = {key: value for key, value in of_plant.items() if value is not None}
+        return self.vehicle.model_copy(update=changes)
 
     def sensors_of(self, vehicle: str) -> tuple[Sensor[Any, Any], ...]:
         """The sensors that a vehicle of the team carries, in the order of their registration."""

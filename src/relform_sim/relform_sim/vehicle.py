@@ -58,9 +58,9 @@ class Vehicle:
         streams = Streams(seed, index)
         start = start_poses(config, seed)[name]
         self._plant = Plant(
-            draw_body(config.vehicle, streams[Stream.PLANT]),
+            draw_body(config.true_vehicle, streams[Stream.PLANT]),
             step=config.plant.step,
-            rotor_time_constant=config.true_rotor_time_constant,
+            rotor_time_constant=config.true_vehicle.rotor_time_constant,
             rotor_speed=config.vehicle.hover_speed,
             p_NB_N=start.p_NB_N,
             q_NB=(0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw)),

@@ -128,6 +128,21 @@ def test_the_plant_may_have_another_lag_than_the_controller_knows(
     assert force == pytest.approx([0.0, 0.0, GRAVITY * (1.1 - 0.1 * remaining) ** 2])
 
 
+def test_the_plant_may_have_another_drag_than_the_controller_knows() -> None:
+    """By the specific force of a vehicle that rises faster and faster, level."""
+    known = ("vehicle.drag_coefficient_n_s_m=[0.0, 0.0, 0.5]", "sensors.imu.accelerometer_std_m_s2=0")
+    forces, climbs = [], []
+    for overrides in (known, (*known, "plant.drag_coefficient_n_s_m=[0.0, 0.0, 0.2]")):
+        flight = fly(
+            load(*EXACT, *overrides), 4, commands=lambda step: command(step, np.full(4, 1.1 * HOVER))
+        )
+        forces.append(flight.measurements[4]["leader"].newest(IMU).f_NB_B[2])
+        climbs.append(flight.v_NB_N("leader", 4)[2])
+    for force, climb, drag in zip(forces, climbs, (0.5, 0.2), strict=True):
+        assert climb > 0.3
+        assert force == pytest.approx(1.21 * GRAVITY - drag * climb / CONFIG.vehicle.mass)
+
+
 def test_true_vehicles_differ_from_the_nominal_one_and_from_each_other() -> None:
     config = load("sensors.imu.accelerometer_std_m_s2=0.0")
     flight = fly(config, 1, commands=hovering)
