@@ -56,12 +56,6 @@ def test_the_papers_flight(seed: int) -> None:
     assert rotors.std < np.pi / 30.0 * 210.0  # [rad/s]; raw feedback: 618 rpm
 
 
-def test_a_lag_of_the_rotors_that_nobody_configured() -> None:
-    log = fly("plant.rotor_time_constant_s=0.05", seed=5)
-    assert not log.faults
-    assert flight_metrics(log).score.formation.steady.mean < 0.05
-
-
 @pytest.mark.parametrize(
     ("change", "bound"),
     [

@@ -134,6 +134,7 @@ GOALS: Mapping[str, tuple[Goal, ...]] = {
     "lag_50": (steady(0.016),),
     "lag_unknown": (),
     "drag": (steady(0.016),),
+    "drag_unknown": (steady(0.016),),
     "crazyflie": (steady(0.016),),
     "outliers_5": (steady(0.012),),
     "outliers_20": (steady(0.02),),
