@@ -14,7 +14,10 @@ EXECUTABLES: dict[str, EntryPoint] = {
     entry.name: entry for entry in entry_points(group="console_scripts") if entry.value.startswith("relform_")
 }
 NODES = ("clock", "controller", "leader", "player", "quadrotor", "recorder")
-COMMANDS = ("bench", "check_playback", "fly", "foxglove", "paper", "record", "replay", "report", "sweep")
+COMMANDS = (
+    "accuracy", "bench", "bound", "check_playback", "fly", "foxglove", "paper", "record", "replay", "report",
+    "sweep",
+)  # fmt: skip
 
 PROBE = """
 import rclpy, relform_core, relform_msgs.msg
