@@ -19,8 +19,13 @@ demo: setup ## fly the paper's scenario (SEED=7, SCENARIO=name or file, CONTROLL
 	@$(PYTHON_IN_VENV) scripts/fly.py --scenario $(SCENARIO) --set controller=$(CONTROLLER) $(if $(SEED),--seed $(SEED)) $(ARGS)
 
 .PHONY: test
-test: setup ## run all tests (some: ARGS="tests/unit -k yaw")
+test: setup ## run all tests, those without ROS on all cores (some: ARGS="tests/unit -k yaw")
+ifdef ARGS
 	@$(PYTHON_IN_VENV) -m pytest $(ARGS)
+else
+	@$(PYTHON_IN_VENV) -m pytest -n auto --dist loadfile --ignore tests/ros --ignore tests/browser
+	@$(PYTHON_IN_VENV) -m pytest tests/ros tests/browser
+endif
 
 .PHONY: paper
 paper: setup ## fly the paper's evaluation into runs/paper-evaluation; continues after a stop (ARGS="--jobs 1")
