@@ -180,10 +180,7 @@ class FormationController:
         now_ns, estimate = self._estimated
         if start_ns == now_ns:
             return Prediction(estimate.states, estimate.geometry)
-        thrusts = (
-            self._inputs.mean_thrusts(each_ns, self._rotor_lag)
-            for each_ns in range(now_ns, start_ns, self._period_ns)
-        )
+        thrusts = self._inputs.mean_thrusts(now_ns, start_ns, self._rotor_lag)
         return predict_ahead(estimate.states, estimate.geometry, thrusts, self._predict, self._ocp.pairs)
 
     def _asked(self, now_ns: int, estimate: TeamEstimate) -> MissionReference:

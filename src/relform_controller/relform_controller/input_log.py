@@ -3,7 +3,7 @@
 From these inputs follow the thrusts of the rotors with their lag.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -93,9 +93,13 @@ class InputLog:
             rotors = rotors.after(self._intervals[before_ns].thrusts, self._period)
         return rotors
 
-    def mean_thrusts(self, start_ns: int, lag: RotorLag) -> Array:
-        """Mean thrusts of the rotors in an interval [N], shape (vehicle, 4)."""
-        return self.rotors(start_ns, lag).mean(self.thrusts(start_ns), self._period)
+    def mean_thrusts(self, start_ns: int, end_ns: int, lag: RotorLag) -> Iterator[Array]:
+        """Mean thrusts of the rotors in each interval from one instant to another [N], shape (vehicle, 4)."""
+        rotors = self.rotors(start_ns, lag)
+        for each_ns in range(start_ns, end_ns, self._period_ns):
+            commanded = self.thrusts(each_ns)
+            yield rotors.mean(commanded, self._period)
+            rotors = rotors.after(commanded, self._period)
 
     def take_changes(self, now_ns: int) -> Mapping[int, AppliedInputs]:
         """Intervals that ended until now and became known or changed since the last call.

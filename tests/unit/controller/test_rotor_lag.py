@@ -80,8 +80,12 @@ def test_the_log_of_inputs_carries_the_thrusts_of_the_rotors() -> None:
         return thrusts
 
     np.testing.assert_allclose(log.rotors(3 * period_ns, lag).thrusts, expected(), rtol=1e-9)
-    _, mean = integrated(0.05, log.rotors(2 * period_ns, lag).thrusts, commands[2], 0.05)
-    np.testing.assert_allclose(log.mean_thrusts(2 * period_ns, lag), mean, rtol=1e-9)
+    found = list(log.mean_thrusts(period_ns, 3 * period_ns, lag))
+    assert len(found) == 2
+    for interval, mean_thrusts in enumerate(found, start=1):
+        before = log.rotors(interval * period_ns, lag).thrusts
+        _, mean = integrated(0.05, before, commands[interval], 0.05)
+        np.testing.assert_allclose(mean_thrusts, mean, rtol=1e-9)
 
     commands[1, 2] = 0.9
     speeds = np.sqrt(commands[1:, 2] / scenario.vehicle.thrust_coefficient)

@@ -14,7 +14,13 @@ from relform_controller.estimation import (
 )
 from relform_controller.estimation.estimator import AppliedInputs, TeamEstimate, Waiting
 from relform_controller.estimation.lag_finder import CANDIDATES, LagEvidence, LagFinder
-from relform_controller.estimation.team_filter import Belief, Innovation, TeamFilter, squared_distances
+from relform_controller.estimation.team_filter import (
+    Belief,
+    Innovation,
+    Observation,
+    TeamFilter,
+    squared_distances,
+)
 from relform_controller.estimation.team_health import TeamHealth
 from relform_controller.estimation.team_monitor import Memory
 from relform_controller.estimation.team_observation import ObservationBuilder
@@ -106,11 +112,11 @@ class TeamEstimator:
         yaw_std_max = config.controller.relative_yaw_std_max
         self._start = TeamStart(self._vehicles, self._filter, self._builder, self._hover, yaw_std_max, first)
         used = {sensor.name for sensor in (IMU, OPTIC_FLOW, SONAR, RANGE_BEARING, LOCALIZATION)}
-        self._sensors = {
+        sensors = {
             name: [sensor.name for sensor in config.sensors_of(name) if sensor.name in used]
             for name in self._vehicles
         }
-        self._health = TeamHealth(self._sensors, 0)
+        self._health = TeamHealth(sensors, start_ns=0)
         self._timeline: Timeline[_Known, AppliedInputs] | None = None
         self._findings = _Findings(set())
         self.belief: Belief | None = None
@@ -179,32 +185,10 @@ class TeamEstimator:
         """What is known after the measurements of an instant."""
         if not measured:
             return known
-        observation = self._builder.build(measured)
-        belief, memory = known.belief, known.memory
-        innovation = self._filter.innovation(belief, known.thrusts, observation)
-        forces, drift = team_monitor.force_changes(innovation, memory.drift)
-        torques = team_monitor.torque_changes(innovation)
-        if (forces | torques).any() and self._options.detects_changes:
-            specific_thrusts = known.thrusts.sum(axis=1) / self._body.mass
-            belief = belief.widened(
-                team_noise.changes(
-                    belief.states, forces, torques, specific_thrusts, self._period_ns / NANOSECONDS_PER_SECOND
-                )
-            )
-            observation.own[forces, team_model.FORCE_ROWS] = team_noise.USUAL_FORCES
-            observation.own_weights[forces, team_model.FORCE_ROWS] = 1.0 / team_noise.USUAL_FORCES_STD
-            innovation = self._filter.innovation(belief, known.thrusts, observation)
-        misfits = 0
-        if team_monitor.localization_misfits(innovation):
-            misfits = memory.misfits + 1
-            if misfits < team_monitor.RUN:
-                self._findings.contradictions.append(f"localization of {self._vehicles[0]} does not fit")
-                observation.own_weights[0, team_model.LOCALIZATION_ROWS] = 0.0
-            else:
-                misfits = 0
-                self._findings.contradictions.append(f"localization of {self._vehicles[0]} has jumped")
-                belief = team_restart.unanchored(belief)
-            innovation = self._filter.innovation(belief, known.thrusts, observation)
+        memory, observation = known.memory, self._builder.build(measured)
+        innovation = self._filter.innovation(known.belief, known.thrusts, observation)
+        belief, innovation, drift = self._follow_changes(known, observation, innovation)
+        belief, innovation, misfits = self._check_localization(known, belief, observation, innovation)
         seen = np.asarray(observation.sighting_weights.any(axis=(1, 2)))
         distances = squared_distances(innovation.sightings, innovation.sighting_rows)
         rejected = team_monitor.outlying_sightings(innovation, distances, seen, self._opposite)
@@ -218,6 +202,40 @@ class TeamEstimator:
             runs = np.where([vehicle in pair for pair in self._pairs], 0, runs)
         memory = Memory(drift, runs, contradictions, misfits)
         return _Known(belief, memory, known.inputs, self._with_turns(known.rotors, measured))
+
+    def _follow_changes(
+        self, known: _Known, observation: Observation, innovation: Innovation
+    ) -> tuple[Belief, Innovation, Array]:
+        """Belief and innovation with uncertain forces and torques where they changed; new drift."""
+        belief = known.belief
+        forces, drift = team_monitor.force_changes(innovation, known.memory.drift)
+        torques = team_monitor.torque_changes(innovation)
+        if (forces | torques).any() and self._options.detects_changes:
+            specific_thrusts = known.thrusts.sum(axis=1) / self._body.mass
+            period = self._period_ns / NANOSECONDS_PER_SECOND
+            belief = belief.widened(
+                team_noise.changes(belief.states, forces, torques, specific_thrusts, period)
+            )
+            observation.own[forces, team_model.FORCE_ROWS] = team_noise.USUAL_FORCES
+            observation.own_weights[forces, team_model.FORCE_ROWS] = 1.0 / team_noise.USUAL_FORCES_STD
+            innovation = self._filter.innovation(belief, known.thrusts, observation)
+        return belief, innovation, drift
+
+    def _check_localization(
+        self, known: _Known, belief: Belief, observation: Observation, innovation: Innovation
+    ) -> tuple[Belief, Innovation, int]:
+        """Ignore a fix that does not fit, or let the team follow it after a run of these; new misfits."""
+        if not team_monitor.localization_misfits(innovation):
+            return belief, innovation, 0
+        misfits = known.memory.misfits + 1
+        if misfits < team_monitor.RUN:
+            self._findings.contradictions.append(f"localization of {self._vehicles[0]} does not fit")
+            observation.own_weights[0, team_model.LOCALIZATION_ROWS] = 0.0
+        else:
+            misfits = 0
+            self._findings.contradictions.append(f"localization of {self._vehicles[0]} has jumped")
+            belief = team_restart.unanchored(belief)
+        return belief, self._filter.innovation(belief, known.thrusts, observation), misfits
 
     def _with_turns(self, rotors: LagEvidence, measured: Measured) -> LagEvidence:
         """What is known of the rotors after the attitudes of an instant."""

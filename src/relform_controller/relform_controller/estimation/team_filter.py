@@ -23,7 +23,6 @@ from relform_controller.ocp.model import RigidBody
 from relform_core.arrays import Array
 
 _POSE = [*range(N_FILTER_STATE)[layout.POSITION], *range(N_FILTER_STATE)[layout.RPY]]
-_ANGULAR_OWN_ROWS = [*range(2), team_model.YAW_ROW]
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +133,7 @@ class TeamFilter:
         blocks = belief.factor.reshape(self._n, N_FILTER_STATE, -1)
         expected, H = self._own_measurement(belief.states, thrusts)
         own = observation.own - expected
-        own[:, _ANGULAR_OWN_ROWS] = wrap_angles(own[:, _ANGULAR_OWN_ROWS])
+        own[:, team_model.ANGULAR_ROWS] = wrap_angles(own[:, team_model.ANGULAR_ROWS])
         own *= observation.own_weights
         own_rows = (observation.own_weights[:, :, None] * H) @ blocks
         expected, H_observer, H_target = self._sighting(

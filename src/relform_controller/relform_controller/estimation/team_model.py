@@ -42,6 +42,8 @@ FORCE_ROWS = slice(19, 23)
 N_OWN_ROWS = 23
 LOCALIZATION_ROWS = slice(12, 19)
 """All that the localization measures."""
+ANGULAR_ROWS = [*range(N_OWN_ROWS)[TILT_ROWS], YAW_ROW]
+"""Angles, whose differences must be wrapped."""
 N_SIGHT_ROWS = 3
 """Range [m], azimuth and elevation [rad] of one sighting (eqs. CameraRange1, 2)."""
 

@@ -33,7 +33,7 @@ SAME_CONTRADICTION = 0.3
 RUN = 10
 """After so many rejections in a row the belief counts as wrong."""
 
-LOCALIZATION_ROWS = [*range(team_model.N_OWN_ROWS)[team_model.POSITION_ROWS], team_model.YAW_ROW]
+LOCALIZED_POSE_ROWS = [*range(team_model.N_OWN_ROWS)[team_model.POSITION_ROWS], team_model.YAW_ROW]
 TORQUE_ROWS = slice(team_model.TILT_ROWS.start, team_model.RATE_ROWS.stop)
 
 
@@ -86,8 +86,8 @@ def localization_misfits(innovation: Innovation) -> bool:
     """Whether the leader's localization contradicts the belief."""
     return bool(
         _beyond(
-            innovation.own[:1, LOCALIZATION_ROWS],
-            innovation.own_rows[:1, LOCALIZATION_ROWS],
+            innovation.own[:1, LOCALIZED_POSE_ROWS],
+            innovation.own_rows[:1, LOCALIZED_POSE_ROWS],
             LOCALIZATION_GATE,
         )[0]
     )

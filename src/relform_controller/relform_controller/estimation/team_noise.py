@@ -149,12 +149,13 @@ def changes(states: Array, forces: Mask, torques: Mask, specific_thrusts: Array,
     Returns:
         Shape (19 n, m).
     """
+    disturbances = range(N_FILTER_STATE)[team_model.DISTURBANCE]
     columns = []
     for vehicle in np.flatnonzero(forces):
         roll, pitch, yaw = states[vehicle, layout.RPY].tolist()
         thrust_N = specific_thrusts[vehicle] * (rotation_z(yaw) @ rotation_CB(roll, pitch))[:, 2]
         for acceleration_N, size, parameter in (
-            *zip(np.eye(3), [FORCE_CHANGE] * 3, range(12, 15), strict=True),
+            *((axis_N, FORCE_CHANGE, state) for axis_N, state in zip(np.eye(3), disturbances, strict=True)),
             (thrust_N, THRUST_SCALE_CHANGE, team_model.THRUST_SCALE),
         ):
             column = np.zeros(states.shape)
@@ -163,8 +164,8 @@ def changes(states: Array, forces: Mask, torques: Mask, specific_thrusts: Array,
             column[vehicle, parameter] = size
             columns.append(column)
     for vehicle in np.flatnonzero(torques):
-        for axis in range(3):
+        for rate in range(N_FILTER_STATE)[layout.RATE]:
             column = np.zeros(states.shape)
-            column[vehicle, range(12)[layout.RATE][axis]] = RATE_CHANGE
+            column[vehicle, rate] = RATE_CHANGE
             columns.append(column)
     return np.array(columns).reshape(len(columns), -1).T
