@@ -8,7 +8,7 @@ import pytest
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.metrics import separation_min, tilts
-from relform_analysis.flight.simulate import simulate
+from relform_analysis.flight.simulate import add_step, simulate
 from relform_analysis.flight.tracking_errors import follower_yaw_errors, formation_errors, scored_pairs
 from relform_core.arrays import Array
 from relform_core.errors import FlightError
@@ -24,12 +24,7 @@ def fly(*overrides: str, seed: int, time: float) -> FlightLog:
     scenario = paper_scenario(TEAM, *overrides, seed=seed)
     log = FlightLogBuilder(scenario)
     for step in islice(simulate(scenario), seconds(scenario, time)):
-        for name, odometry in step.ground_truth.items():
-            log.add_ground_truth(name, odometry)
-        for name, fault in step.faults.items():
-            log.add_fault(step.measurements.arrival_ns, name, fault)
-        if step.decision is not None:
-            log.add_decision(step.decision)
+        add_step(log, step)
     return log.build()
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from relform_analysis.judges.consistency import JudgedStep, judged_steps, relative_nees
 from relform_controller.estimation import team_model
 from relform_controller.estimation.team_filter import Belief
 from relform_core.arrays import Array
+from support.consistency import JudgedStep, judged_steps, relative_nees
 from support.scenarios import paper_scenario
 from support.sweeps import short_phases
 

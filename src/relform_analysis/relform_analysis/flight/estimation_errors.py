@@ -10,6 +10,7 @@ import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.tracking_errors import relative_positions, scored_pairs, yaw_of
+from relform_controller.ocp.frames import wrap_angles
 from relform_core.arrays import Array, Mask
 
 CONFIDENCE = 0.95
@@ -54,7 +55,7 @@ def pair_estimation_errors(log: FlightLog) -> EstimationErrors:
     position = (log.p_BB_C__est - p_BB_C)[:, observers, targets]
     turned = log.yaw_BB__est[:, observers, targets] - (yaw[:, targets] - yaw[:, observers])
     return EstimationErrors(
-        np.concatenate([position, _wrapped(turned)[..., None]], axis=-1),
+        np.concatenate([position, wrap_angles(turned)[..., None]], axis=-1),
         log.pair_covariance,
     )
 
@@ -64,7 +65,7 @@ def leader_estimation_errors(log: FlightLog) -> EstimationErrors:
     position = log.leader_p_NB_N__est - log.p_NB_N[log.tick_of_step, log.leader]
     turned = log.leader_yaw__est - yaw_of(log.q_NB[log.tick_of_step, log.leader])
     return EstimationErrors(
-        np.concatenate([position, _wrapped(turned)[:, None]], axis=-1), log.leader_covariance
+        np.concatenate([position, wrap_angles(turned)[:, None]], axis=-1), log.leader_covariance
     )
 
 
@@ -110,7 +111,3 @@ class Consistency:
 def _mean(values: Array) -> float:
     finite = values[np.isfinite(values)]
     return float(finite.mean()) if finite.size else np.nan
-
-
-def _wrapped(angle: Array) -> Array:
-    return np.asarray(np.arctan2(np.sin(angle), np.cos(angle)))

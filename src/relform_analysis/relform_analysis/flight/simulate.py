@@ -69,10 +69,15 @@ def fly_in_process(scenario: LoadedScenario, controller: FormationController | N
     log = FlightLogBuilder(scenario)
     with one_blas_thread():
         for step in simulate(scenario, controller=controller):
-            for name, odometry in step.ground_truth.items():
-                log.add_ground_truth(name, odometry)
-            for name, fault in step.faults.items():
-                log.add_fault(step.measurements.arrival_ns, name, fault)
-            if step.decision is not None:
-                log.add_decision(step.decision)
+            add_step(log, step)
     return log.build()
+
+
+def add_step(log: FlightLogBuilder, step: SimulatedStep) -> None:
+    """Log one instant of a flight."""
+    for name, odometry in step.ground_truth.items():
+        log.add_ground_truth(name, odometry)
+    for name, fault in step.faults.items():
+        log.add_fault(step.measurements.arrival_ns, name, fault)
+    if step.decision is not None:
+        log.add_decision(step.decision)

@@ -32,7 +32,7 @@ class Assumption:
     """Standard deviations of the first state of a vehicle, shape (19,)."""
 
 
-def _first(disturbance: float, thrust_scale: float, inertia_scale: float = NEARLY_NOTHING) -> Array:
+def _first(disturbance: float, thrust_scale: float) -> Array:
     """Nothing is known of the pose; the vehicles are nearly at rest."""
     return team_noise.per_state(
         position=10.0,
@@ -42,7 +42,7 @@ def _first(disturbance: float, thrust_scale: float, inertia_scale: float = NEARL
         rate=0.1,
         disturbance=disturbance,
         thrust_scale=thrust_scale,
-        inertia_scale=inertia_scale,
+        inertia_scale=NEARLY_NOTHING,
     )
 
 
@@ -58,9 +58,7 @@ _EXACT = team_noise.ProcessNoise(
 ASSUMPTIONS = (
     Assumption("motion and forces known exactly", _EXACT, _first(NEARLY_NOTHING, NEARLY_NOTHING)),
     Assumption("the same, with an unknown constant force and thrust", _EXACT, _first(1.0, 0.1)),
-    Assumption(
-        "motion as uncertain as the filter assumes", team_noise.ProcessNoise(), _first(1e-3, 0.012, 0.05)
-    ),
+    Assumption("motion as uncertain as the filter assumes", team_noise.ProcessNoise(), team_noise.START),
 )
 
 

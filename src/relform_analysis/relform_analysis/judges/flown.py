@@ -41,7 +41,7 @@ def fly(scenario: LoadedScenario) -> list[FlownStep]:
         RelformError: links or rotors delay something, or the flight does not complete.
     """
     config = scenario.config
-    if not config.links.are_perfect or config.vehicle.rotor_time_constant > 0.0:
+    if not config.links.are_perfect or config.true_vehicle.rotor_time_constant > 0.0:
         raise RelformError(
             f"{config.name}: only flights with perfect links and rotors without lag are judged"
         )

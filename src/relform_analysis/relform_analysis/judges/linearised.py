@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 from scipy.linalg import block_diag
 
+from relform_analysis.flight.tracking_errors import relative_positions
 from relform_controller.estimation import team_model
 from relform_controller.estimation.team_filter import Observation
 from relform_controller.estimation.team_model import N_FILTER_STATE
@@ -12,8 +13,6 @@ from relform_controller.ocp.frames import rotation_z, wrap_angles
 from relform_controller.ocp.model import RigidBody
 from relform_core.arrays import Array
 from relform_core.telemetry import TeamState
-
-ANGULAR_OWN_ROWS = [0, 1, team_model.YAW_ROW]
 
 
 class LinearisedTeam:
@@ -51,7 +50,8 @@ class LinearisedTeam:
         for vehicle, (state, each) in enumerate(zip(states, thrusts, strict=True)):
             expected, H = _numbers(self._own(state, each))
             difference = observation.own[vehicle] - expected[:, 0]
-            difference[ANGULAR_OWN_ROWS] = wrap_angles(difference[ANGULAR_OWN_ROWS])
+            angular = team_model.ANGULAR_ROWS
+            difference[angular] = wrap_angles(difference[angular])
             weights = observation.own_weights[vehicle]
             residuals.append(weights * difference)
             rows.append(self._row({vehicle: weights[:, None] * H}, len(weights)))
@@ -88,10 +88,8 @@ def pair_position_jacobian(states: Array, i: int, j: int) -> Array:
 
 def pair_positions(states: Array) -> Array:
     """p_B1B2_C1 of each ordered pair: the position of j in {mc_i} [m], shape (pair, 3)."""
-    p_NB_N, yaws = states[:, layout.POSITION], states[:, layout.YAW]
-    return np.array(
-        [rotation_z(-float(yaws[i])) @ (p_NB_N[j] - p_NB_N[i]) for i, j in layout.ordered_pairs(len(states))]
-    )
+    p_BB_C = relative_positions(states[:, layout.POSITION], states[:, layout.YAW])
+    return np.array([p_BB_C[pair] for pair in layout.ordered_pairs(len(states))])
 
 
 def pair_errors(estimate: TeamState, states: Array) -> Array:
