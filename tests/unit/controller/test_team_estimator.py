@@ -223,9 +223,9 @@ def test_a_vehicle_with_a_broken_camera_is_not_placed_again(flight: Flight) -> N
         *flight.measured[:8],
         *(with_sightings(each, FOLLOWER, broken) for each in flight.measured[8:]),
     ]
-    found = estimates(flight, measured)
-    assert all("placed" not in each.report.reason for each in found if isinstance(each, TeamEstimate))
-    off = found[-1].geometry.yaw_I1I2 - last(flight, flight.measured).geometry.yaw_I1I2  # type: ignore[union-attr]
+    found = [each for each in estimates(flight, measured) if isinstance(each, TeamEstimate)]
+    assert all("placed" not in each.report.reason for each in found)
+    off = found[-1].geometry.yaw_I1I2 - last(flight, flight.measured).geometry.yaw_I1I2
     np.testing.assert_allclose(wrap_angles(off), 0.0, atol=0.1)
 
 
