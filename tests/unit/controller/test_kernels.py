@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relform_controller import compiled
+from relform_controller import c_library
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
 from relform_core.errors import RelformError
@@ -71,7 +71,7 @@ def test_another_problem_is_compiled_and_the_first_one_kept(compiler: Compiler, 
 def test_another_processor_needs_other_kernels(compiler: Compiler, monkeypatch: pytest.MonkeyPatch) -> None:
     """Home folders are shared between machines, and the code is compiled for one of them."""
     kernels_of(SMALL)
-    monkeypatch.setattr(compiled, "_cpu", lambda: "another processor")
+    monkeypatch.setattr(c_library, "_cpu", lambda: "another processor")
     kernels_of(SMALL)
     assert compiler.count == 2
 

@@ -1,0 +1,85 @@
+"""C code, compiled on first use into a library that is kept in the user's cache folder.
+
+The name of the library is a hash of everything that it depends on, so that an old one is never used for new
+code.
+"""
+
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import casadi as ca
+
+from relform_core.atomic_file import written_atomically
+from relform_core.errors import RelformError
+
+COMPILER_FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC", "-shared")
+
+
+def generated_c(functions: Sequence[ca.Function]) -> str:
+    """C code of CasADi functions, each under its own name."""
+    generator = ca.CodeGenerator("generated.c")
+    for function in functions:
+        generator.add(function)
+    text: str = generator.dump()
+    return text
+
+
+def shared_library(source: str, flags: Sequence[str] = COMPILER_FLAGS) -> Path:
+    """Path of a shared library made of C code, from the cache if it has been compiled before.
+
+    Raises:
+        RelformError: there is no C compiler, or it fails, or the cache cannot be written.
+    """
+    compiler = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc")
+    if compiler is None:
+        raise RelformError("no C compiler found: install one (apt install gcc) or name it in the variable CC")
+    version = subprocess.run([compiler, "--version"], capture_output=True, text=True, check=False).stdout
+    key = hashlib.sha256("\n".join([source, version, *flags, _cpu()]).encode(), usedforsecurity=False)
+    library = _cache_folder() / f"kernels-{key.hexdigest()[:20]}.so"
+    if not os.path.exists(library):  # unlike Path.exists, no error where the folder is forbidden
+        with tempfile.TemporaryDirectory(prefix="relform-") as folder:
+            text, built = Path(folder) / "kernels.c", Path(folder) / "kernels.so"
+            text.write_text(source)
+            result = subprocess.run(
+                [compiler, *flags, str(text), "-o", str(built), "-lm"],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            if result.returncode != 0:
+                raise RelformError(
+                    f"{compiler} cannot compile the kernels: {' '.join(result.stderr.split())[:500]}"
+                )
+            _publish(built, library)
+    return library
+
+
+def _publish(built: Path, library: Path) -> None:
+    """Copy a finished file into the cache atomically: several processes may compile at the same time."""
+    try:
+        library.parent.mkdir(parents=True, exist_ok=True)
+        with written_atomically(library) as stream:
+            stream.write(built.read_bytes())
+    except OSError as error:
+        raise RelformError(
+            f"{library}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to another folder"
+        ) from None
+
+
+def _cache_folder() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "relform"
+
+
+def _cpu() -> str:
+    """What -march=native depends on."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return "\n".join(sorted({line for line in lines if line.startswith(("model name", "flags"))}))
