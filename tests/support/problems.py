@@ -12,9 +12,10 @@ from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody, rk4_step
 from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, TeamGeometry
 from relform_controller.ocp.rotor_lag import RotorLag, Rotors
-from relform_controller.ocp.terms.registry import make_terms
-from relform_controller.solver.dense.rti import RealTimeIteration
-from relform_controller.solver.kernels import Kernels
+from relform_controller.ocp.terms.registry import TERMS
+from relform_controller.solver.kernel import KernelSolver
+from relform_controller.solver.reference import ReferenceSolver
+from relform_controller.solver.solver import Solver
 from relform_core.scenario_config import ScenarioConfig
 from support.scenarios import paper_scenario, team_of
 from support.world import Array, random_team
@@ -92,15 +93,12 @@ def random_problem(seed: int, n_vehicles: int, *overrides: str, disturbance: flo
     )
 
 
-def kernels_of(ocp: Ocp) -> Kernels:
-    """The compiled functions of a problem with the terms of the registry."""
-    return Kernels(ocp, make_terms(ocp))
+SOLVERS = (KernelSolver, ReferenceSolver)
 
 
-def rti_of(ocp: Ocp) -> RealTimeIteration:
-    """The dense solver of a problem with the terms of the registry."""
-    terms = make_terms(ocp)
-    return RealTimeIteration(ocp, terms, Kernels(ocp, terms))
+def solver_of(ocp: Ocp, kind: type[KernelSolver] | type[ReferenceSolver] = KernelSolver) -> Solver:
+    """A solver of a problem with the terms of the registry."""
+    return kind(ocp, TERMS)
 
 
 @cache

@@ -30,7 +30,6 @@ for name in sys.argv[1:]:
 ROSDEP_KEYS = {
     "argcomplete": "python3-argcomplete",
     "casadi": "casadi-pip",
-    "daqp": None,
     "distributed": None,  # optional: a sweep on a Dask cluster
     "jinja2": "python3-jinja2",
     "matplotlib": "python3-matplotlib",

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from relform_controller.compiled import CompiledFunction
 from relform_controller.ocp.problem import Plan, Prediction, TeamGeometry
 from relform_controller.ocp.rotor_lag import RotorLag, Rotors
-from relform_controller.ocp.terms.term import CompiledFunction
 from relform_controller.solver.warm_start import transform
 from relform_core.arrays import Array
 

@@ -10,6 +10,7 @@ import platform
 import shutil
 import subprocess
 import tempfile
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,6 +18,11 @@ import casadi as ca
 
 from relform_core.atomic_file import written_atomically
 from relform_core.errors import RelformError
+
+
+class NoCompilerError(RelformError):
+    """There is no C compiler: use what needs none."""
+
 
 COMPILER_FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC", "-shared")
 
@@ -34,11 +40,14 @@ def shared_library(source: str, flags: Sequence[str] = COMPILER_FLAGS) -> Path:
     """Path of a shared library made of C code, from the cache if it has been compiled before.
 
     Raises:
-        RelformError: there is no C compiler, or it fails, or the cache cannot be written.
+        NoCompilerError: there is none.
+        RelformError: the compiler fails, or the cache cannot be written.
     """
     compiler = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc")
     if compiler is None:
-        raise RelformError("no C compiler found: install one (apt install gcc) or name it in the variable CC")
+        message = "no C compiler found: install one (apt install gcc) or name it in the variable CC"
+        warnings.warn(f"{message}; the controller is much slower without", RuntimeWarning, stacklevel=2)
+        raise NoCompilerError(message)
     version = subprocess.run([compiler, "--version"], capture_output=True, text=True, check=False).stdout
     key = hashlib.sha256("\n".join([source, version, *flags, _cpu()]).encode(), usedforsecurity=False)
     library = _cache_folder() / f"kernels-{key.hexdigest()[:20]}.so"

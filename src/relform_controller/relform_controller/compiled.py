@@ -1,13 +1,16 @@
 """CasADi functions, compiled by the machine's C compiler and evaluated for many items at once."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from relform_controller.c_library import generated_c, shared_library
+from relform_controller.c_library import NoCompilerError, generated_c, shared_library
 from relform_core.arrays import Array
+
+CompiledFunction = Callable[..., tuple[Array, ...]]
+"""A CasADi function that evaluates all its items; its outputs are valid until the next call."""
 
 
 class Kernel:
@@ -28,6 +31,14 @@ class Kernel:
         # CasADi stores matrices by column, so each item comes out transposed.
         self._outputs = tuple(array.swapaxes(1, 2) if array.ndim == 3 else array for array in outputs)
 
+    @classmethod
+    def interpreted(cls, function: ca.Function, n_items: int) -> "Kernel":
+        """A function evaluated without a compiler; its outputs are dense."""
+        arguments = [ca.SX.sym(f"i{i}", *function.size_in(i)) for i in range(function.n_in())]
+        outputs = [ca.densify(output) for output in function.call(arguments)]
+        dense = ca.Function(function.name(), arguments, outputs)
+        return cls(_mapped(dense, n_items), n_items)
+
     def __call__(self, *inputs: Array) -> tuple[Array, ...]:
         """Evaluate all items; each input has shape (..., size), with the items in the leading axes."""
         for buffer, array in zip(self._inputs, inputs, strict=True):
@@ -39,9 +50,18 @@ class Kernel:
 def compiled(functions: Sequence[tuple[ca.Function, int]]) -> Mapping[str, Kernel]:
     """The functions as kernels, by name; each comes with its number of items.
 
+    Without a C compiler CasADi interprets them.
+
     Raises:
-        RelformError: there is no C compiler, or it fails.
+        RelformError: the compiler fails, or its result cannot be kept.
     """
+    try:
+        return _compiled(functions)
+    except NoCompilerError:
+        return {f.name(): Kernel.interpreted(f, n_items) for f, n_items in functions}
+
+
+def _compiled(functions: Sequence[tuple[ca.Function, int]]) -> Mapping[str, Kernel]:
     library = shared_library(generated_c([_mapped(function, n_items) for function, n_items in functions]))
     return {f.name(): Kernel(ca.external(f.name(), str(library)), n_items) for f, n_items in functions}
 

@@ -13,12 +13,11 @@ from relform_controller.input_log import InputLog
 from relform_controller.ocp.frames import wrap_angle
 from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, Prediction
 from relform_controller.ocp.rotor_lag import RotorLag
-from relform_controller.ocp.terms.registry import make_terms
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
 from relform_controller.solver.algorithm import ModifiedRti
-from relform_controller.solver.dense.rti import RealTimeIteration
-from relform_controller.solver.kernels import Kernels
+from relform_controller.solver.make import make_solver
+from relform_controller.solver.prediction import predictor
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import FlightError
 from relform_core.measurements import RotorCommand, TeamMeasurements
@@ -73,13 +72,11 @@ class FormationController:
         self._ocp = dataclasses.replace(
             Ocp.from_config(config), is_disturbed=self._estimator.estimates_disturbances
         )
-        terms = make_terms(self._ocp)
-        kernels = Kernels(self._ocp, terms)
-        self._predict = kernels.predict
+        self._predict = predictor(self._ocp)
         self._solver = ModifiedRti(
             self._ocp,
-            RealTimeIteration(self._ocp, terms, kernels),
-            kernels.predict,
+            make_solver(self._ocp),
+            self._predict,
             config.controller.solver,
             config.vehicle.hover_thrust,
             clock,

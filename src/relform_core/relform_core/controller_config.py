@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from relform_core.constraints_config import ConstraintsConfig
 from relform_core.schema import NonNegative, Positive, Schema
 from relform_core.units import DEGREES
 
@@ -110,6 +111,8 @@ class ControllerConfig(Schema):
     formation_ramp: Annotated[NonNegative | None, Field(alias="formation_ramp_s")] = None
     """Only in recordings of older versions, in place of ``formation_change``: every change of formation takes
     this time [s], 0 is a step, and no change is refused for its path."""
+    constraints: ConstraintsConfig = ConstraintsConfig()
+    """Soft constraints of the optimal control problem."""
     estimator: EstimatorConfig = RawEstimatorConfig(kind="raw")
     start_wait_max: Annotated[NonNegative, Field(alias="start_wait_max_s")] = 5.0
     """How long the team stays where it is at the start of a flight while the controller waits for a first

@@ -11,7 +11,7 @@ from ament_index_python.packages import get_package_prefix, get_package_share_di
 
 from relform_core.errors import FlightError
 
-LIBRARIES = ("casadi", "daqp", "mcap", "numpy", "pydantic", "scipy")
+LIBRARIES = ("casadi", "mcap", "numpy", "pydantic", "scipy")
 ROS_PACKAGES = (
     "rclpy",
     "rmw_fastrtps_cpp",

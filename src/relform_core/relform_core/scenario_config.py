@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from relform_core.controller_config import ControllerConfig
+from relform_core.constraints_config import Obstacle
+from relform_core.controller_config import ControllerConfig, TeamEstimatorConfig
 from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump, Occlusion
 from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig
@@ -92,6 +93,8 @@ class ScenarioConfig(Schema):
     phases: Annotated[tuple[PhaseConfig, ...], Field(min_length=1)]
     events: tuple[Event, ...]
     links: LinksConfig = LinksConfig()
+    obstacles: tuple[Obstacle, ...] = ()
+    """What the vehicles must not fly into."""
     plant: PlantConfig
     lockstep: LockstepConfig
 
@@ -148,6 +151,13 @@ class ScenarioConfig(Schema):
     def command_lead_ns(self) -> int:
         """The same in nanoseconds."""
         return self.command_lead_steps * self.period_ns
+
+    @property
+    def rotors_may_lag(self) -> bool:
+        """Whether the rotors are known to lag, or may be found to."""
+        estimator = self.controller.estimator
+        finds_lag = isinstance(estimator, TeamEstimatorConfig) and estimator.finds_rotor_lag
+        return self.vehicle.rotor_time_constant > 0.0 or finds_lag
 
     @property
     def acknowledges_commands(self) -> bool:

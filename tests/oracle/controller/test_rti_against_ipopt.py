@@ -17,7 +17,7 @@ from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
 from relform_controller.solver.solver import SqpStep
 from relform_controller.solver.warm_start import hover_plan
-from support.problems import Problem, random_problem, rti_of
+from support.problems import Problem, random_problem, solver_of
 from support.world import Array
 
 
@@ -160,7 +160,7 @@ def solve_by_ipopt(problem: Problem, geometry: TeamGeometry) -> tuple[Plan, floa
 
 def iterate(problem: Problem, geometry: TeamGeometry, kkt: float) -> SqpStep:
     """Full Gauss-Newton steps from hover."""
-    rti = rti_of(problem.ocp)
+    rti = solver_of(problem.ocp)
     plan = hover_plan(problem.start, problem.config.vehicle.hover_thrust, problem.ocp.n_stages)
     for _ in range(100):
         rti.prepare(plan, geometry)

@@ -8,15 +8,18 @@ from scipy.optimize import lsq_linear
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan
+from relform_controller.solver.kernel import KernelSolver
+from relform_controller.solver.reference import ReferenceSolver
 from support.problems import (
+    SOLVERS,
     Poses,
     Problem,
     random_problem,
     random_thrusts_of_team,
     residual,
-    rti_of,
     simulate,
     simulated_plan,
+    solver_of,
     weights,
 )
 from support.world import Array
@@ -52,43 +55,67 @@ def moved(problem: Problem, seed: int) -> Problem:
     return dataclasses.replace(problem, poses=poses, initial_states=states, rotor_thrusts=rotors)
 
 
+@pytest.mark.parametrize("kind", SOLVERS)
 @pytest.mark.parametrize(
     ("seed", "n_vehicles", "disturbance", "time_constant_s", "bounds_are_active"),
     [(1, 2, 0.05, 0.0, False), (2, 3, 0.2, 0.0, True), (3, 4, 0.3, 0.0, True), (4, 3, 0.1, 0.05, True)],
 )
 def test_one_step_from_other_measurements_than_predicted(
-    seed: int, n_vehicles: int, disturbance: float, time_constant_s: float, bounds_are_active: bool
+    seed: int,
+    n_vehicles: int,
+    disturbance: float,
+    time_constant_s: float,
+    bounds_are_active: bool,
+    kind: type[KernelSolver] | type[ReferenceSolver],
 ) -> None:
-    """Residuals are those of the measured geometry, to first order in the measured states and thrusts of the
-    rotors; their derivatives by the inputs are those of the prepared geometry.
+    """The gradient at the guess is that of the measured geometry, the Hessian that of the prepared one; the
+    measured states and thrusts of the rotors enter to first order.
     """
     overrides = ("controller.horizon_steps=6", f"vehicle.rotor_time_constant_s={time_constant_s}")
     predicted = random_problem(seed, n_vehicles, *overrides, disturbance=disturbance)
     measured = moved(predicted, seed)
     ocp, guess = predicted.ocp, feasible_guess(predicted, seed)
-    rti = rti_of(ocp)
+    rti = solver_of(ocp, kind)
     rti.prepare(guess, predicted.poses.geometry())
     found = rti.feedback(measured.start, measured.poses.geometry(), measured.reference)
 
     scale = np.sqrt(weights(predicted))
-    J = scale[:, None] * jacobian(predicted, guess)
+    at_guess = dataclasses.replace(
+        measured,
+        initial_states=predicted.initial_states,
+        rotor_thrusts=predicted.rotor_thrusts,
+        applied_thrusts=guess.thrusts[:, 0],
+    )
+    J, J_measured = (scale[:, None] * jacobian(problem, guess) for problem in (predicted, at_guess))
     change = measured.initial_states - predicted.initial_states
     rotor_change = measured.rotor_thrusts - predicted.rotor_thrusts
+    applied_change = measured.applied_thrusts - guess.thrusts[:, 0]
 
-    def along(share: float) -> Array:
-        """From the predicted start towards the measured one."""
+    def along(share: float, geometry_of: Problem) -> Array:
+        """From the guess towards the measured start."""
+        problem = dataclasses.replace(
+            geometry_of, applied_thrusts=guess.thrusts[:, 0] + share * applied_change
+        )
         states = predicted.initial_states + share * change
-        return residual(measured, states, guess.thrusts, predicted.rotor_thrusts + share * rotor_change)
+        rotors = predicted.rotor_thrusts + share * rotor_change
+        return scale * residual(problem, states, guess.thrusts, rotors)
 
-    r = along(0.0) + (along(STEP) - along(-STEP)) / (2 * STEP)
-    r *= scale
+    def by_start(geometry_of: Problem) -> Array:
+        return (along(STEP, geometry_of) - along(-STEP, geometry_of)) / (2 * STEP)
+
+    r0 = along(0.0, measured)
+    gradient_half = J_measured.T @ r0 + J.T @ by_start(predicted)
+    # Residuals whose gradient with J is the same.
+    r = by_start(predicted) + J @ np.linalg.solve(J.T @ J, J_measured.T @ r0)
     flat = guess.thrusts.reshape(-1)
     bounds = (ocp.thrust_min - flat, ocp.thrust_max - flat)
     expected = lsq_linear(J, -r, bounds, method="bvls", tol=1e-14)
     assert expected.success
     step = found.plan.thrusts.reshape(-1) - flat
     np.testing.assert_allclose(step, expected.x, atol=1e-5)
-    assert found.objective == pytest.approx(2.0 * expected.cost, rel=1e-7)
+    constant = r0 @ r0 + 2.0 * r0 @ by_start(measured) + by_start(predicted) @ by_start(predicted)
+    objective = constant + 2.0 * gradient_half @ expected.x + np.sum((J @ expected.x) ** 2)
+    assert found.objective == pytest.approx(objective, rel=1e-6)
     assert found.active_bounds == np.count_nonzero(expected.active_mask)
     assert (found.active_bounds > 0) == bounds_are_active
 
@@ -104,7 +131,7 @@ def test_a_measured_state_other_than_the_guessed_one_enters_to_first_order(seed:
     guess = feasible_guess(problem, seed)
     change = np.random.default_rng(seed).uniform(-0.1, 0.1, problem.initial_states.shape)
     change[:, layout.POSITION] = change[:, layout.YAW] = 0.0
-    rti = rti_of(problem.ocp)
+    rti = solver_of(problem.ocp)
     rti.prepare(guess, problem.poses.geometry())
     start = dataclasses.replace(problem.start, states=problem.initial_states + change)
     found = rti.feedback(start, problem.poses.geometry(), problem.reference)

@@ -295,7 +295,7 @@ def test_all_code_that_flies_a_run_is_in_its_fingerprint(tmp_path: Path) -> None
     assert outcome == "completed"
     modules, libraries = imported(ROOTS)
     assert set(loaded) - {"relform_workspace"} <= modules.keys()  # which only finds the packages
-    assert {"casadi", "daqp", "numpy", "scipy", "pydantic"} <= libraries.keys()
+    assert {"casadi", "numpy", "scipy", "pydantic"} <= libraries.keys()
     assert not {"matplotlib", "jinja2"} & libraries.keys()
 
 

@@ -9,14 +9,13 @@ import pytest
 from relform_controller.ahead import predict_ahead
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Disturbances, Ocp, TeamGeometry
-from relform_controller.ocp.terms.registry import make_terms
-from relform_controller.solver.kernels import Kernels
+from relform_controller.solver.prediction import predictor
 from relform_core.arrays import Array
 from support.scenarios import paper_scenario
 
 CONFIG = paper_scenario().config
 OCP = dataclasses.replace(Ocp.from_config(CONFIG), is_disturbed=True)
-PREDICT = Kernels(OCP, make_terms(OCP)).predict
+PREDICT = predictor(OCP)
 HOVER = np.full((3, 4), CONFIG.vehicle.hover_thrust)
 GEOMETRY = TeamGeometry(
     p_I1I2_I1=np.array([[-1, -0.5, 0.3], [-1, 0.5, 0], [1, 0.2, 0], [0, 1, 0], [1, -0.2, 0], [0, -1, 0.0]]),

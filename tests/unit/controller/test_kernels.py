@@ -9,8 +9,11 @@ import pytest
 from relform_controller import c_library
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Ocp
+from relform_controller.solver.make import make_solver
+from relform_controller.solver.prediction import predictor
+from relform_controller.solver.reference import ReferenceSolver
 from relform_core.errors import RelformError
-from support.problems import kernels_of, random_thrusts_of_team, simulate
+from support.problems import random_thrusts_of_team, simulate, solver_of
 from support.scenarios import paper_scenario, team_of
 
 SMALL = Ocp.from_config(paper_scenario(*team_of(2), "controller.horizon_steps=2").config)
@@ -48,48 +51,48 @@ def compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Compiler:
 
 
 def test_a_second_construction_compiles_nothing(compiler: Compiler, tmp_path: Path) -> None:
-    kernels_of(SMALL)
+    predictor(SMALL)
     assert compiler.count == 1
     (library,) = (tmp_path / "cache/relform").iterdir()
     stamp = library.stat().st_mtime_ns
-    kernels_of(SMALL)
+    predictor(SMALL)
     assert compiler.count == 1
     assert [library] == list((tmp_path / "cache/relform").iterdir())
     assert library.stat().st_mtime_ns == stamp
 
 
 def test_another_problem_is_compiled_and_the_first_one_kept(compiler: Compiler, tmp_path: Path) -> None:
-    kernels_of(SMALL)
+    predictor(SMALL)
     heavier = paper_scenario(*team_of(2), "controller.horizon_steps=2", "vehicle.mass_kg=0.8").config
-    kernels_of(Ocp.from_config(heavier))
+    predictor(Ocp.from_config(heavier))
     assert compiler.count == 2
     assert len(list((tmp_path / "cache/relform").iterdir())) == 2
-    kernels_of(SMALL)
+    predictor(SMALL)
     assert compiler.count == 2
 
 
 def test_another_processor_needs_other_kernels(compiler: Compiler, monkeypatch: pytest.MonkeyPatch) -> None:
     """Home folders are shared between machines, and the code is compiled for one of them."""
-    kernels_of(SMALL)
+    predictor(SMALL)
     monkeypatch.setattr(c_library, "_cpu", lambda: "another processor")
-    kernels_of(SMALL)
+    predictor(SMALL)
     assert compiler.count == 2
 
 
-def test_weights_and_bounds_are_not_compiled_in(compiler: Compiler) -> None:
-    kernels_of(SMALL)
-    tuned = paper_scenario(
-        *team_of(2),
-        "controller.horizon_steps=2",
+def test_one_compilation_serves_all_weights_bounds_horizons_and_team_sizes(compiler: Compiler) -> None:
+    solver_of(SMALL)
+    other = paper_scenario(
+        *team_of(4),
+        "controller.horizon_steps=5",
         "controller.weights.formation_per_m2=3",
         "vehicle.rotor_speed_max_rpm=5500",
     )
-    kernels_of(Ocp.from_config(tuned.config))
+    solver_of(Ocp.from_config(other.config))
     assert compiler.count == 1
 
 
 def test_nothing_is_left_outside_the_cache(compiler: Compiler, tmp_path: Path) -> None:
-    kernels_of(SMALL)
+    predictor(SMALL)
     assert compiler.count == 1
     assert not list((tmp_path / "working").iterdir())
     assert not list((tmp_path / "temporary").iterdir())
@@ -100,23 +103,32 @@ def test_the_cache_of_the_user_is_the_default(
 ) -> None:
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    kernels_of(SMALL)
+    predictor(SMALL)
     assert len(list((tmp_path / "home/.cache/relform").iterdir())) == compiler.count == 1
 
 
 def message_of_failure() -> str:
     with pytest.raises(RelformError) as caught:
-        kernels_of(SMALL)
+        predictor(SMALL)
     (line,) = str(caught.value).splitlines()
     return line
 
 
-def test_no_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_compiler_numpy_and_casadi_do_the_same_after_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    thrusts = random_thrusts_of_team(5, SMALL, 1.75)[:, 0]
+    states = np.random.default_rng(5).uniform(-0.5, 0.5, (2, layout.N_STATE))
+    expected = predictor(SMALL)(states, thrusts)[0].copy()
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
-    assert message_of_failure() == (
-        "no C compiler found: install one (apt install gcc) or name it in the variable CC"
-    )
+    with pytest.warns(
+        RuntimeWarning, match=r"no C compiler found: install one \(apt install gcc\) or name it"
+    ):
+        (found,) = predictor(SMALL)(states, thrusts)
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+    with pytest.warns(RuntimeWarning, match="no C compiler found"):
+        assert isinstance(make_solver(SMALL), ReferenceSolver)
 
 
 def test_a_compiler_that_fails(compiler: Compiler, tmp_path: Path) -> None:
@@ -141,13 +153,13 @@ def test_a_cache_that_cannot_be_written(
 
 
 def test_one_call_evaluates_all_items_and_outputs_are_used_again() -> None:
-    compiled = kernels_of(SMALL)
+    predict = predictor(SMALL)
     generator = np.random.default_rng(5)
     states = generator.uniform(-0.5, 0.5, (2, layout.N_STATE))
     thrusts = random_thrusts_of_team(5, SMALL, 1.75)[:, 0]
-    (following,) = compiled.predict(states, thrusts)
+    (following,) = predict(states, thrusts)
     first = following.copy()
     np.testing.assert_allclose(first, simulate(SMALL, states, thrusts[:, None])[:, 1], atol=1e-13)
-    (again,) = compiled.predict(states[::-1], thrusts[::-1])
+    (again,) = predict(states[::-1], thrusts[::-1])
     assert again is following
     np.testing.assert_array_equal(again, first[::-1])

@@ -1,13 +1,10 @@
 """The problem that a scenario asks for: bounds, model, pairs and weights of the cost."""
 
-import numpy as np
 import pytest
 
 from relform_controller.ocp.problem import Ocp
-from relform_controller.ocp.terms.registry import make_terms
-from relform_controller.solver.dense.cost import CondensedCost
+from relform_controller.ocp.terms.formation import FORMATION
 from relform_core.errors import ConfigError
-from support.problems import random_problem, weights
 from support.scenarios import paper_scenario, team_of
 
 
@@ -53,11 +50,8 @@ def test_pairs_of_the_formation_cost(choice: str, expected: set[tuple[int, int]]
 
 @pytest.mark.parametrize("choice", ["with_leader", "one_way"])
 def test_pairs_that_are_left_out_have_no_weight(choice: str) -> None:
-    problem = random_problem(2, 3, "controller.horizon_steps=6", f"controller.formation_pairs={choice}")
-    found = CondensedCost(problem.ocp, make_terms(problem.ocp)).weights
-    of_pair = found[: 6 * 6 * 3].reshape(6, 6 * 3)  # pair; stage and axis
-    in_cost = [problem.ocp.in_formation_cost(i, j) for i, j in problem.ocp.pairs]
-    np.testing.assert_array_equal(of_pair.any(axis=1), in_cost)
-    everything = weights(problem)
-    np.testing.assert_array_equal(of_pair[in_cost], everything[: of_pair.size].reshape(6, 18)[in_cost])
-    np.testing.assert_array_equal(found[of_pair.size :], everything[of_pair.size :])
+    ocp = ocp_with(*team_of(4), f"controller.formation_pairs={choice}")
+    weights = {pair: FORMATION.weight(ocp, ocp.weights, *pair) for pair in ocp.pairs}
+    assert {pair for pair, weight in weights.items() if weight} == {
+        pair for pair in ocp.pairs if ocp.in_formation_cost(*pair)
+    }

@@ -50,18 +50,7 @@ def test_without_lag_thrusts_are_commands() -> None:
     lag = RotorLag(0.0)
     assert lag.after(STARTS, COMMANDS, 0.05) is COMMANDS
     assert lag.mean(STARTS, COMMANDS, 0.05) is COMMANDS
-    assert lag.over_horizon(15, 0.05) is None
-
-
-def test_the_stages_of_a_horizon_follow_each_other() -> None:
-    lag, stage = RotorLag(0.05), 0.08
-    commands = np.random.default_rng(3).uniform(0.5, 2.5, (2, 7, 4))
-    horizon = lag.over_horizon(7, stage)
-    assert horizon is not None
-    found, thrusts = horizon.mean_thrusts(commands, STARTS), STARTS
-    for k in range(7):
-        thrusts, mean = integrated(0.05, thrusts, commands[:, k], stage)
-        np.testing.assert_allclose(found[:, k], mean, rtol=1e-9)
+    assert lag.memory(0.05) == lag.decay(0.05) == 0.0
 
 
 def test_the_log_of_inputs_carries_the_thrusts_of_the_rotors() -> None:

@@ -9,9 +9,9 @@ import pytest
 from relform_controller.ocp import layout
 from relform_controller.ocp.problem import Plan, TeamGeometry
 from relform_controller.ocp.rotor_lag import RotorLag, Rotors
+from relform_controller.solver.prediction import predictor
 from relform_controller.solver.warm_start import hover_plan, shift, transform
 from support.problems import (
-    kernels_of,
     mean_thrusts,
     random_problem,
     random_thrusts_of_team,
@@ -34,7 +34,7 @@ def test_shifted_plan_is_one_period_on_and_ends_with_the_last_input_again() -> N
     problem = random_problem(2, 3, "controller.horizon_steps=6")
     thrusts = random_thrusts_of_team(2, problem.ocp, problem.config.vehicle.hover_thrust)
     plan = simulated_plan(problem, thrusts)
-    shifted = shift(plan, kernels_of(problem.ocp).predict, problem.ocp)
+    shifted = shift(plan, predictor(problem.ocp), problem.ocp)
     np.testing.assert_array_equal(shifted.thrusts[:, :-1], thrusts[:, 1:])
     np.testing.assert_array_equal(shifted.thrusts[:, -1], thrusts[:, -1])
     np.testing.assert_array_equal(shifted.states[:, :-1], plan.states[:, 1:])
@@ -51,7 +51,7 @@ def test_a_shifted_plan_continues_the_lag_of_the_rotors(stage_s: float) -> None:
     ocp, period = problem.ocp, 0.05
     commands = random_thrusts_of_team(4, ocp, problem.config.vehicle.hover_thrust)
     plan = simulated_plan(problem, commands)
-    shifted = shift(plan, kernels_of(ocp).predict, ocp)
+    shifted = shift(plan, predictor(ocp), ocp)
 
     def following(rotor_thrusts: Array, command: Array, duration: float) -> Array:
         return command + math.exp(-duration / 0.04) * (rotor_thrusts - command)
@@ -72,7 +72,7 @@ def test_the_plan_that_was_shifted_and_transformed_is_not_touched() -> None:
     plan = simulated_plan(problem, thrusts)
     copy = Plan(plan.states.copy(), plan.thrusts.copy(), plan.rotors)
     geometry = problem.poses.geometry()
-    transform(shift(plan, kernels_of(problem.ocp).predict, problem.ocp), geometry, problem.ocp.pairs)
+    transform(shift(plan, predictor(problem.ocp), problem.ocp), geometry, problem.ocp.pairs)
     np.testing.assert_array_equal(plan.states, copy.states)
     np.testing.assert_array_equal(plan.thrusts, copy.thrusts)
     np.testing.assert_array_equal(geometry.p_I1I2_I1, problem.poses.geometry().p_I1I2_I1)
@@ -109,7 +109,7 @@ def test_a_shift_by_a_part_of_a_stage(stage_s: float) -> None:
     ocp, share = problem.ocp, 0.05 / stage_s
     thrusts = random_thrusts_of_team(5, ocp, problem.config.vehicle.hover_thrust)
     plan = simulated_plan(problem, thrusts)
-    shifted = shift(plan, kernels_of(ocp).predict, ocp)
+    shifted = shift(plan, predictor(ocp), ocp)
     for stage in range(ocp.n_stages + 1):
         held = thrusts[:, min(stage, ocp.n_stages - 1)]
         expected = simulate(dataclasses.replace(ocp, stage=0.05), plan.states[:, stage], held[:, None])[:, 1]

@@ -35,6 +35,8 @@ def _flight_software() -> str:
     for name in sorted(modules):
         digest.update(f"{name}\n".encode())
         digest.update(modules[name].read_bytes())
+    for source in sorted({source for file in modules.values() for source in file.parent.glob("*.c")}):
+        digest.update(source.read_bytes())
     return digest.hexdigest()
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relform_controller.ocp.constraints import NO_CONSTRAINTS, Constraints, make_constraints
 from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.ocp.model import RigidBody
 from relform_controller.ocp.rotor_lag import Rotors
@@ -35,6 +36,10 @@ class Ocp:
     formation_pairs: FormationPairs
     is_disturbed: bool = False
     """Whether the model takes disturbances into account, which the estimator must then estimate."""
+    rotors_may_lag: bool = False
+    """Whether the thrusts of the rotors are states, because their lag is known or may be found in flight."""
+    constraints: Constraints = NO_CONSTRAINTS
+    """Soft constraints."""
 
     @classmethod
     def from_config(cls, config: ScenarioConfig) -> "Ocp":
@@ -50,6 +55,10 @@ class Ocp:
             thrust_min=vehicle.thrust_coefficient * vehicle.rotor_speed_min**2,
             thrust_max=vehicle.thrust_coefficient * vehicle.rotor_speed_max**2,
             formation_pairs=config.controller.formation_pairs,
+            rotors_may_lag=config.rotors_may_lag,
+            constraints=make_constraints(
+                config.controller.constraints, config.obstacles, config.team.vehicles
+            ),
         )
 
     @property

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Callable
 
+from relform_controller.compiled import CompiledFunction
 from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, Prediction, TeamGeometry
-from relform_controller.ocp.terms.term import CompiledFunction
 from relform_controller.solver.solver import QpError, Solver, SqpStep
 from relform_controller.solver.warm_start import hover_plan, shift, transform
 from relform_core.arrays import Array

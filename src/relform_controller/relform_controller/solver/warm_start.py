@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relform_controller.compiled import CompiledFunction
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z
 from relform_controller.ocp.problem import Disturbances, HorizonStart, Ocp, Plan, TeamGeometry
-from relform_controller.ocp.terms.term import CompiledFunction
 from relform_core.arrays import Array
 
 

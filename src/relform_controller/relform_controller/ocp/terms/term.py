@@ -1,147 +1,97 @@
-"""A term of the cost: weighted squares of a residual, stage by stage, of each pair or vehicle.
+"""A term of the cost: weighted squares of a residual of each vehicle, the leader or each pair, by stages.
 
-The cost of the team is the sum of weight * residual^2 over all terms, items, stages and rows. A term gives
-its residual and its derivatives by the states and inputs of single stages; the solver makes a quadratic
-program of them.
+The cost of the team is the sum of weight * residual^2 over all terms, their vehicles or pairs, stages and
+rows. A term states its residual in symbols; derivatives and compiled code follow from it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import casadi as ca
 
-from relform_controller.ocp.problem import HorizonReference, Plan, TeamGeometry
-from relform_core.arrays import Array, Integers
+from relform_controller.ocp.problem import Ocp
 from relform_core.controller_config import WeightsConfig
 
-CompiledFunction = Callable[..., tuple[Array, ...]]
-"""A CasADi function that evaluates all its items; its outputs are valid until the next call."""
+
+@dataclass(frozen=True, eq=False)
+class VehicleStage:
+    """Symbols of one vehicle in one stage 0..N-1."""
+
+    state: ca.SX
+    """At the begin of the stage, in the vehicle's {mi}, shape (N_STATE,)."""
+    commands: ca.SX
+    """Thrusts [N], shape (N_INPUT,)."""
+    commands_before: ca.SX
+    """Of the stage before [N], shape (N_INPUT,)."""
+    acceleration: ca.SX
+    """g + R_IB F_B / m under the mean thrusts, and from unknown forces [m/s^2], shape (3,)."""
 
 
 @dataclass(frozen=True, eq=False)
-class NetAcceleration:
-    """g + R_IB F_B / m of every vehicle at stage 0..N-1 and its derivatives, from the vehicle kernel."""
+class LeaderStage:
+    """Symbols of the leader in one stage 1..N."""
 
-    value: Array
-    """[m/s^2], shape (vehicle, stage, 3)."""
-    by_states: Array
-    """By ``states_of_acceleration``, shape (vehicle, stage, 3, state)."""
-    by_thrusts: Array
-    """Shape (vehicle, stage, 3, N_INPUT)."""
-
-
-@dataclass(frozen=True, eq=False)
-class Expansion:
-    """What the residuals are linearised around."""
-
-    guess: Plan
-    geometry: TeamGeometry
-    """Where the {mi} frames are predicted to be."""
-    acceleration: NetAcceleration
-    compiled: Mapping[str, CompiledFunction]
-    """The functions of the terms, by name."""
+    state: ca.SX
+    """In the leader's {mi}, shape (N_STATE,)."""
+    p_NI_N: ca.SX
+    """Origin of the leader's {mi} in the world [m], shape (3,)."""
+    yaw_NI: ca.SX
+    """Yaw of the leader's {mi} in the world [rad]."""
+    p_NB_N__ref: ca.SX
+    """Where the leader should be [m], shape (3,)."""
+    yaw_NB__ref: ca.SX
+    """Its yaw there [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Instance:
-    """What is known at feedback, and how far the states are from the guess."""
+class PairStage:
+    """Symbols of an ordered pair of vehicles in one stage 1..N."""
 
-    state_deviation: Array
-    """Shape (vehicle, stage 0..N, N_STATE)."""
-    geometry: TeamGeometry
-    """Where the {mi} frames are estimated to be."""
-    reference: HorizonReference
-    applied_thrusts: Array
-    """Inputs of the interval before the horizon [N], shape (vehicle, N_INPUT)."""
-    mean_thrust_deviation: Array | None = None
-    """Of the mean thrusts in each stage [N], shape (vehicle, stage 0..N-1, N_INPUT); None: the rotors have no
-    lag, so it is zero."""
-
-
-@dataclass(frozen=True, eq=False)
-class ByStates:
-    """Derivatives of a residual by state components of one vehicle, at its own stage.
-
-    A term has at most one of these per item and vehicle.
-    """
-
-    vehicles: Integers
-    """The vehicle of each item of the term."""
-    components: slice | Sequence[int]
-    """Of the state."""
-    values: Array
-    """Shape (item, stage, row, component)."""
+    observer: ca.SX
+    """State of the observer in its {mi}, shape (N_STATE,)."""
+    target: ca.SX
+    """State of the target in its {mi}, shape (N_STATE,)."""
+    p_I1I2_I1: ca.SX
+    """Origin of the target's {mi} in the observer's [m], shape (3,)."""
+    yaw_I1I2: ca.SX
+    """Yaw of the target's {mi} relative to the observer's [rad]."""
+    p_B1B2_C1__ref: ca.SX
+    """Where the target should be in {mc} of the observer [m], shape (3,)."""
 
 
-@dataclass(frozen=True, eq=False)
-class ByInputs:
-    """Derivatives of a residual by the inputs of one vehicle, at its own stage or at the one before."""
+@dataclass(frozen=True)
+class VehicleTerm:
+    """A term of every vehicle in stages 0..N-1."""
 
-    vehicles: Integers
-    """The vehicle of each item of the term."""
-    values: Array
-    """Shape (item, stage, row, N_INPUT)."""
-    lag: int = 0
-    """0: the inputs of the own stage; 1: those of the stage before, which the first stage does not have."""
+    name: str
+    """That of its weight in ``WeightsConfig``, if it has one there."""
+    residual: Callable[[Ocp, VehicleStage], ca.SX]
+    weight: Callable[[Ocp, WeightsConfig], float]
 
 
-@dataclass(frozen=True, eq=False)
-class ByMeanThrusts:
-    """Derivatives of a residual by the mean thrusts of one vehicle in its own stage.
+@dataclass(frozen=True)
+class LeaderTerm:
+    """A term of the leader in stages 1..N. At stage N its weight is scaled by ``terminal_scale``."""
 
-    Without lag of the rotors these are its inputs; with lag they depend on all inputs up to this stage.
-    """
-
-    vehicles: Integers
-    """The vehicle of each item of the term."""
-    values: Array
-    """Shape (item, stage, row, N_INPUT)."""
+    name: str
+    residual: Callable[[LeaderStage], ca.SX]
+    weight: Callable[[Ocp, WeightsConfig], float]
 
 
-Derivatives = Sequence[ByStates | ByInputs | ByMeanThrusts]
+@dataclass(frozen=True)
+class PairTerm:
+    """A term of every ordered pair in stages 1..N. At stage N its weight is scaled by ``terminal_scale``."""
+
+    name: str
+    residual: Callable[[PairStage], ca.SX]
+    weight: Callable[[Ocp, WeightsConfig, int, int], float]
+    """Of one pair (observer, target)."""
 
 
-class Term(Protocol):
-    """One term of the cost of the team."""
+@dataclass(frozen=True)
+class Terms:
+    """The terms of a cost."""
 
-    @property
-    def name(self) -> str:
-        """Name of the term; that of its weight in ``WeightsConfig``, if it has one there."""
-
-    @property
-    def n_items(self) -> int:
-        """Number of pairs or vehicles that it sums over."""
-
-    @property
-    def n_rows(self) -> int:
-        """Length of the residual of one item at one stage."""
-
-    @property
-    def at_end(self) -> bool:
-        """Whether its stages are 1..N, at the end of each interval, or 0..N-1. No input changes stage 0."""
-
-    @property
-    def is_own(self) -> bool:
-        """Whether there is one item per vehicle, which depends on that vehicle alone."""
-
-    @property
-    def is_constant(self) -> bool:
-        """Whether its derivatives are by inputs only and the same everywhere."""
-
-    @property
-    def functions(self) -> Sequence[tuple[ca.Function, int]]:
-        """CasADi functions to compile, with the number of items that each is mapped over."""
-
-    def weights(self, weights: WeightsConfig) -> Array:
-        """The weight of each residual, shape (item, stage, row) or one that broadcasts to it."""
-
-    def derivatives(self, expansion: Expansion) -> Derivatives:
-        """Derivatives around a guess, those by states first; all others are zero."""
-
-    def residual(self, expansion: Expansion, instance: Instance) -> Array:
-        """Residuals of an instance: exact in the geometry, to first order in the deviations.
-
-        Returns:
-            Shape (item, stage, row).
-        """
+    vehicle: Sequence[VehicleTerm]
+    leader: Sequence[LeaderTerm]
+    pair: Sequence[PairTerm]

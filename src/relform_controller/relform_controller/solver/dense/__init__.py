@@ -1,1 +1,0 @@
-"""The dense solver: condensed QP with bounds."""

@@ -1,0 +1,159 @@
+"""A primal-dual interior-point method (Mehrotra, 1992) on the Riccati recursion.
+
+It solves the whole quadratic program, soft constraints included. Each constraint has a slack s > 0 and a
+multiplier m > 0 with s m = 0 at the solution: upper - du and du - lower of the bounds; for a soft constraint
+h = C dz + c <= sigma these are sigma - h and sigma. A Newton step towards s m = target gives
+
+    m+ = (target - product) / s - (m / s) (s+ - s),
+
+linear in dz and du, so that a step minimises the quadratic program with a larger Hessian and another
+gradient. `product` is that of the changes of s and m in a first step towards zero. All iterates obey the
+dynamics, and slacks follow from them.
+"""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from relform_controller.solver.active_set import Minimiser
+from relform_controller.solver.riccati import Trajectory, factorize, minimize
+from relform_controller.solver.solver import QpError
+from relform_controller.solver.team_qp import TeamQp, soft_rows
+from relform_core.arrays import Array
+
+ITERATIONS_MAX = 60
+COMPLEMENTARITY = 1e-12
+"""Mean product of slacks and multipliers at the end, relative to one plus that at the start."""
+STEP_BACK = 0.995
+"""Part of the way to the first slack or multiplier that becomes zero."""
+
+
+_Four = tuple[Array, Array, Array, Array]
+"""Of upper and lower bounds, shape (stage, nu); of h <= sigma and of sigma >= 0, shape (stage 1..N, row)."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """An iterate. Slacks are part of it: differences would lose their digits close to the bounds."""
+
+    dz: Array
+    du: Array
+    slacks: _Four
+    multipliers: _Four
+
+    def moved(self, to: "_Point", length: float) -> "_Point":
+        """The point on the way to another."""
+
+        def between(a: Array, b: Array) -> Array:
+            return a + length * (b - a)
+
+        def all_between(a: _Four, b: _Four) -> _Four:
+            upper, lower, soft, violation = map(between, a, b)
+            return upper, lower, soft, violation
+
+        return _Point(
+            between(self.dz, to.dz),
+            between(self.du, to.du),
+            all_between(self.slacks, to.slacks),
+            all_between(self.multipliers, to.multipliers),
+        )
+
+
+def solve(qp: TeamQp, dz0: Array) -> Minimiser:
+    """The minimiser for one start deviation, shape (nz,).
+
+    Raises:
+        QpError: the method does not converge.
+    """
+    at = _start(qp, dz0)
+    enough = COMPLEMENTARITY * (1.0 + _complementarity(at))
+    for iteration in range(1, ITERATIONS_MAX + 1):
+        complementarity = _complementarity(at)
+        if complementarity < enough:
+            return _minimiser(qp, at, iteration)
+        ahead = _step(qp, at, dz0, 0.0, (0.0, 0.0, 0.0, 0.0))
+        reachable = at.moved(ahead, _longest(at, ahead))
+        target = complementarity * (_complementarity(reachable) / complementarity) ** 3
+        slack_changes = map(np.subtract, ahead.slacks, at.slacks)
+        changes = map(np.subtract, ahead.multipliers, at.multipliers)
+        products = tuple(ds * dm for ds, dm in zip(slack_changes, changes, strict=True))
+        to = _step(qp, at, dz0, target, products)
+        at = at.moved(to, min(1.0, STEP_BACK * _longest(at, to)))
+    raise QpError(f"the interior-point method did not converge in {ITERATIONS_MAX} iterations")
+
+
+def _start(qp: TeamQp, dz0: Array) -> _Point:
+    """Commands well inside their bounds, and multipliers of the size of the gradient."""
+    margin = 0.1 * (qp.upper - qp.lower)
+    du = np.clip(0.0, qp.lower + margin, qp.upper - margin)
+    dz = [dz0]
+    for A, B, gap, u in zip(qp.A, qp.B, qp.gap, du, strict=True):
+        dz.append(A @ dz[-1] + B @ u + gap)
+    states = np.array(dz)
+    rows = soft_rows(qp, states)
+    sigma = 1.0 + np.maximum(rows, 0.0)
+    price = 0.5 * (qp.linear_price + qp.square_price * sigma)
+    size = np.full_like(du, 1.0 + np.abs(qp.r).mean())
+    slacks = qp.upper - du, du - qp.lower, sigma - rows, sigma
+    return _Point(states, du, slacks, (size, size, price, price))
+
+
+def _step(qp: TeamQp, at: _Point, dz0: Array, target: float, products: tuple[Array | float, ...]) -> _Point:
+    """Where a Newton step leads."""
+    (s_upper, s_lower, t, sigma), (m_upper, m_lower, m_soft, m_sigma) = at.slacks, at.multipliers
+    # Without its own change, the next multiplier of each constraint; and how it falls with the slack.
+    upper, lower, soft, violation = (
+        (target - product) / s for product, s in zip(products, at.slacks, strict=True)
+    )
+    by_upper, by_lower, by_soft, by_sigma = m_upper / s_upper, m_lower / s_lower, m_soft / t, m_sigma / sigma
+    # Stationarity in sigma: linear_price + square_price sigma+ = m_soft+ + m_sigma+.
+    stiffness = qp.square_price + by_soft + by_sigma
+    excess = soft + violation - qp.linear_price - qp.square_price * sigma
+    weight = by_soft * (qp.square_price + by_sigma) / stiffness
+    offset = soft - by_soft / stiffness * excess
+    R, Q = qp.R.copy(), qp.Q.copy()
+    diagonal = np.arange(R.shape[-1])
+    R[:, diagonal, diagonal] += by_upper + by_lower
+    Q[1:] += np.einsum("kmi,km,kmj->kij", qp.C, weight, qp.C)
+    q = qp.q.copy()
+    q[1:] += np.einsum("kmi,km->ki", qp.C, offset - weight * (soft_rows(qp, at.dz) - qp.c))
+    r = qp.r + upper - lower - (by_upper + by_lower) * at.du
+    free = np.ones(r.shape, dtype=bool)
+    barrier = dataclasses.replace(qp, Q=Q, R=R, q=q, r=r)
+    found = minimize(barrier, factorize(barrier, free), np.zeros_like(r), dz0)
+    change = found.du - at.du
+    d_rows = np.einsum("kmz,kz->km", qp.C, found.dz[1:] - at.dz[1:])
+    d_sigma = (excess + by_soft * d_rows) / stiffness
+    multipliers = (
+        upper + by_upper * change,
+        lower - by_lower * change,
+        offset + weight * d_rows,
+        violation - by_sigma * d_sigma,
+    )
+    slacks = s_upper - change, s_lower + change, t + d_sigma - d_rows, sigma + d_sigma
+    return _Point(found.dz, found.du, slacks, multipliers)
+
+
+def _longest(at: _Point, to: _Point) -> float:
+    """Part of the way at which the first slack or multiplier becomes zero."""
+    length = 1.0
+    before, after = at.slacks + at.multipliers, to.slacks + to.multipliers
+    for a, b in zip(before, after, strict=True):
+        falls = b < 0.0
+        length = min(length, float(np.min(a[falls] / (a[falls] - b[falls]), initial=1.0)))
+    return length
+
+
+def _complementarity(at: _Point) -> float:
+    """Mean product of slacks and multipliers."""
+    products = [(s * m).reshape(-1) for s, m in zip(at.slacks, at.multipliers, strict=True)]
+    return float(np.concatenate(products).mean())
+
+
+def _minimiser(qp: TeamQp, at: _Point, iterations: int) -> Minimiser:
+    s_upper, s_lower, *_ = at.slacks
+    m_upper, m_lower, *_ = at.multipliers
+    sides = (m_upper > s_upper).astype(np.int8) - (m_lower > s_lower)
+    slope = np.where(sides != 0, m_lower - m_upper, 0.0)
+    return Minimiser(Trajectory(at.dz, at.du, slope), sides, iterations, at.multipliers[2])

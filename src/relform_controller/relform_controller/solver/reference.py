@@ -1,0 +1,120 @@
+"""One SQP step of Algorithm MRTI in NumPy: any team, any horizon, no tricks.
+
+`prepare` makes the quadratic program of a guess and factorises it. `feedback` embeds the measurement, the
+gradient and the deviation of the start, and minimises. This is what the fast solver (``kernel``) computes; it
+tests that one, and stands in for it where there is no compiler.
+"""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from relform_controller.ocp import layout
+from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, TeamGeometry
+from relform_controller.ocp.terms.term import Terms
+from relform_controller.solver import active_set, interior_point
+from relform_controller.solver.active_set import Minimiser, Sides
+from relform_controller.solver.linearization import Linearization
+from relform_controller.solver.riccati import Factors, factorize
+from relform_controller.solver.solver import QpError, SqpStep
+from relform_controller.solver.stages import STATE, stage_state_size
+from relform_controller.solver.team_qp import TeamQp, soft_rows
+from relform_core.arrays import Array
+from relform_core.controller_config import WeightsConfig
+
+
+@dataclass(frozen=True, eq=False)
+class _Prepared:
+    guess: Plan
+    qp: TeamQp
+    sides: Sides
+    factors: Factors
+
+
+class ReferenceSolver:
+    """SQP steps in NumPy (``Solver``).
+
+    Args:
+        ocp: the problem.
+        terms: of its cost.
+    """
+
+    def __init__(self, ocp: Ocp, terms: Terms) -> None:
+        self._ocp = ocp
+        self._linearization = Linearization(ocp, terms)
+        self._prepared: _Prepared | None = None
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        """See ``Solver``."""
+        self._linearization.set_weights(weights)
+        self._prepared = None
+
+    def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
+        """See ``Solver``."""
+        self._prepared = None
+        qp = self._linearization.prepare(guess, geometry)
+        sides = active_set.predicted_sides(qp)
+        self._prepared = _Prepared(guess, qp, sides, factorize(qp, sides == 0))
+
+    def feedback(self, start: HorizonStart, geometry: TeamGeometry, reference: HorizonReference) -> SqpStep:
+        """See ``Solver``."""
+        prepared = self._prepared
+        if prepared is None:
+            raise RuntimeError("feedback() needs a prepare() that succeeded before it")
+        guess = prepared.guess
+        q, cost = self._linearization.gradient(guess, geometry, reference)
+        C, c = self._linearization.rows(guess, geometry)
+        qp = dataclasses.replace(
+            prepared.qp, q=prepared.qp.q + q, constant=prepared.qp.constant + cost, C=C, c=c
+        )
+        dz0 = self._linearization.start_deviation(guess, start)
+        if not (np.isfinite(q).all() and np.isfinite(dz0).all()):
+            raise QpError("the gradient is not finite")
+        found = active_set.solve(qp, prepared.factors, prepared.sides, dz0)
+        if found is None or (soft_rows(qp, found.trajectory.dz) > 0.0).any():
+            found = interior_point.solve(qp, dz0)
+        return SqpStep(
+            plan=self._plan(guess, start, found),
+            kkt=kkt(qp, found, dz0),
+            objective=objective(qp, found),
+            qp_iterations=found.iterations,
+            active_bounds=int(np.count_nonzero(found.sides)),
+        )
+
+    def _plan(self, guess: Plan, start: HorizonStart, found: Minimiser) -> Plan:
+        n, N, nz = self._ocp.n_vehicles, self._ocp.n_stages, stage_state_size(self._ocp)
+        d_states = found.trajectory.dz.reshape(N + 1, n, nz)[..., STATE].swapaxes(0, 1)
+        d_thrusts = found.trajectory.du.reshape(N, n, layout.N_INPUT).swapaxes(0, 1)
+        thrusts = np.clip(guess.thrusts + d_thrusts, self._ocp.thrust_min, self._ocp.thrust_max)
+        return Plan(guess.states + d_states, thrusts, start.rotors)
+
+
+def objective(qp: TeamQp, found: Minimiser) -> float:
+    """Cost of the quadratic program at its minimiser."""
+    dz, du = found.trajectory.dz, found.trajectory.du
+    sigma = np.maximum(soft_rows(qp, dz), 0.0)
+    return float(
+        qp.constant
+        + np.einsum("ki,ki", qp.q + 0.5 * np.einsum("kij,kj->ki", qp.Q, dz), dz)
+        + np.einsum("ki,ki", qp.r + 0.5 * np.einsum("kij,kj->ki", qp.R, du), du)
+        + np.einsum("ki,kij,kj", du, qp.S, dz[:-1])
+        + np.sum(sigma * (qp.linear_price + 0.5 * qp.square_price * sigma))
+    )
+
+
+def kkt(qp: TeamQp, found: Minimiser, dz0: Array) -> float:
+    """|gradient . step| + sum |multiplier * active bound| of the QP in the commands alone (``SqpStep``).
+
+    The gradient is that at du = 0, where the states follow the dynamics freely.
+    """
+    dz = [dz0]
+    for A, gap in zip(qp.A, qp.gap, strict=True):
+        dz.append(A @ dz[-1] + gap)
+    gradient, costate = np.zeros_like(qp.r), qp.q[-1] + qp.Q[-1] @ dz[-1]
+    for k in reversed(range(len(qp.A))):
+        gradient[k] = qp.r[k] + qp.S[k] @ dz[k] + qp.B[k].T @ costate
+        costate = qp.q[k] + qp.Q[k] @ dz[k] + qp.A[k].T @ costate
+    du, slope = found.trajectory.du, found.trajectory.slope
+    soft = found.soft * soft_rows(qp, np.array(dz))
+    return float(abs(np.sum(gradient * du)) + np.abs(slope * du).sum() + np.abs(soft).sum())
