@@ -39,6 +39,10 @@ accuracy: setup ## fly the accuracy table into runs/accuracy, raw beside team; c
 bench: setup ## measure the speed of estimator, solver and flights without ROS
 	@$(PYTHON_IN_VENV) scripts/bench.py $(ARGS)
 
+.PHONY: bench-ros
+bench-ros: setup ## measure the CPU time of a control step over ROS, process by process
+	@$(PYTHON_IN_VENV) scripts/bench_ros.py $(ARGS)
+
 .PHONY: lint
 lint: setup ## check style, types and import rules
 	@$(PYTHON_IN_VENV) -m ruff check

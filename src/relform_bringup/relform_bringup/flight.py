@@ -4,6 +4,7 @@ import json
 import math
 import os
 import time
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -67,6 +68,7 @@ class Flight:
         record: whether a bag is recorded.
         domain_id: ROS domain of the nodes.
         interruption: signals of the user, which end the flight.
+        on_step: called at the end of each step with its number and the process ids of the nodes.
     """
 
     def __init__(
@@ -76,7 +78,9 @@ class Flight:
         record: bool,
         domain_id: int,
         interruption: Interruption,
+        on_step: Callable[[int, Mapping[str, int]], None] | None = None,
     ) -> None:
+        self._on_step = on_step
         self._scenario = scenario
         self._folder = folder
         self._domain_id = domain_id
@@ -149,7 +153,12 @@ class Flight:
         # Imported here, while the nodes start, because importing ROS takes as long.
         from relform_bringup.nodes.monitor import monitoring
 
-        with monitoring(self._scenario, self._observers, store, display.show, self._watch) as monitor:
+        def show(monitor: "Monitor") -> None:
+            display.show(monitor)
+            if self._on_step is not None:
+                self._on_step(monitor.step, self._supervisor.pids)
+
+        with monitoring(self._scenario, self._observers, store, show, self._watch) as monitor:
             self._monitor = monitor
             monitor.run()
             deadline = time.monotonic() + END_S

@@ -41,6 +41,11 @@ class Child:
         except OSError as error:
             raise FlightError(f"{name}: cannot be started: {error.strerror}: {error.filename}") from None
 
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
     def exit_code(self) -> int | None:
         """Exit code; None while it runs, minus the number of a signal that ended it."""
         return self._process.poll()
@@ -90,6 +95,11 @@ class Supervisor:
     def size(self) -> int:
         """Number of processes that were started."""
         return len(self._children)
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """The process id of each process by its name."""
+        return {child.name: child.pid for child in self._children}
 
     def running(self) -> list[Child]:
         """The processes that run, in the order in which they were started."""

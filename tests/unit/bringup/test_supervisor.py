@@ -57,6 +57,7 @@ def test_lost_process_is_known_while_the_others_run(supervisor: Supervisor) -> N
     wait_until(lambda: bool(supervisor.ended()) and ready(stays))
     assert supervisor.ended() == [goes]
     assert supervisor.running() == [stays]
+    assert supervisor.pids == {"/stays": stays.pid, "/goes": goes.pid}
     supervisor.stop()
     assert stays.exit_code() == 130
     assert stays.last_words() == "bye"
