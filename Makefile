@@ -36,8 +36,9 @@ accuracy: setup ## fly the accuracy table into runs/accuracy, raw beside team; c
 	@$(PYTHON_IN_VENV) scripts/accuracy.py $(ARGS)
 
 .PHONY: bench
-bench: setup ## measure the speed of estimator, solver and flights without ROS
-	@$(PYTHON_IN_VENV) scripts/bench.py $(ARGS)
+bench: setup ## measure the solver beside acados (ARGS="--vehicles 3 8"), and control steps without ROS
+	@$(PYTHON_IN_VENV) scripts/bench_solver.py $(ARGS)
+	@$(PYTHON_IN_VENV) scripts/bench.py
 
 .PHONY: bench-ros
 bench-ros: setup ## measure the CPU time of a control step over ROS, process by process

@@ -4,4 +4,4 @@
 from run_main import run_main
 
 if __name__ == "__main__":
-    run_main("relform_analysis.bench")
+    run_main("relform_analysis.bench.flight")

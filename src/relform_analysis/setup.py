@@ -20,7 +20,8 @@ setup(
     entry_points={
         "console_scripts": [
             "accuracy = relform_analysis.accuracy.command:main",
-            "bench = relform_analysis.bench:main",
+            "bench = relform_analysis.bench.flight:main",
+            "bench_solver = relform_analysis.bench.solver:main",
             "bound = relform_analysis.judges.command:main",
             "paper = relform_analysis.evaluation.command:main",
             "replay = relform_analysis.replay.command:main",

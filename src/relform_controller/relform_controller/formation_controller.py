@@ -18,6 +18,7 @@ from relform_controller.reference.mission import Mission, MissionReference, Scen
 from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.prediction import predictor
+from relform_controller.solver.solver import Solver
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import FlightError
 from relform_core.measurements import RotorCommand, TeamMeasurements
@@ -53,6 +54,7 @@ class FormationController:
         clock: monotonic time [s], for the solver's reports.
         mission: what the team is asked to fly; None: the phases of the scenario.
         estimator: None: the one that the configuration names.
+        solver: makes what takes the SQP steps of the problem.
     """
 
     def __init__(
@@ -61,6 +63,7 @@ class FormationController:
         clock: Callable[[], float] = time.perf_counter,
         mission: Mission | None = None,
         estimator: Estimator | None = None,
+        solver: Callable[[Ocp], Solver] = make_solver,
     ) -> None:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
@@ -75,7 +78,7 @@ class FormationController:
         self._predict = predictor(self._ocp)
         self._solver = ModifiedRti(
             self._ocp,
-            make_solver(self._ocp),
+            solver(self._ocp),
             self._predict,
             config.controller.solver,
             config.vehicle.hover_thrust,

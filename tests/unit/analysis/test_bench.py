@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from relform_analysis.bench import main
+from relform_analysis.bench.flight import main
 from support.scenarios import PAPER
 from support.sweeps import short_phases
 
@@ -17,7 +17,7 @@ def test_every_number_of_short_flights(capsys: pytest.CaptureFixture[str]) -> No
         name.strip(): [float(number) for number in values.split()]
         for name, values in re.findall(r"^ (\S.*?)((?:\s+[0-9.]+){3})\s*$", "\n".join(lines), re.MULTILINE)
     }
-    assert len(numbers) == 7
+    assert len(numbers) == 11
     for median, least, most in numbers.values():
         assert 0.0 < least <= median <= most
     assert numbers["SQP steps per control step"][2] == 2.0

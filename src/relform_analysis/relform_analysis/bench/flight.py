@@ -1,4 +1,4 @@
-"""Benchmark: the time of an estimate and of an SQP step, and the real-time factor of a flight without ROS."""
+"""Benchmark: the time of every part of a control step, and of a flight without ROS."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -8,16 +8,19 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from relform_analysis.bench.timed_solver import TimedKernelSolver
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
 from relform_controller.estimation.estimator import AppliedInputs, Estimator, TeamEstimate, Waiting
 from relform_controller.estimation.registry import make_estimator
 from relform_controller.formation_controller import FormationController
-from relform_controller.ocp.problem import Prediction
+from relform_controller.ocp.problem import Ocp, Prediction
 from relform_core.arrays import Array
 from relform_core.load import LoadedScenario, load_scenario
 from relform_core.measurements import TeamMeasurements
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.script import CommandParser, command, positive
+from relform_core.telemetry import Decision
 
 
 @dataclass(frozen=True)
@@ -27,13 +30,24 @@ class Timed:
     log: FlightLog
     cpu_time: float
     """CPU time of this process [s]."""
-    estimate_times: Array
-    """Of each control step after the start [s]."""
+    parts: Mapping[str, Array]
+    """Times of the parts of a control step, of each step after the start [s]."""
 
     @property
     def realtime_factor(self) -> float:
         """Real-time factor on an otherwise idle core."""
         return self.log.flown / self.cpu_time
+
+
+PARTS = (
+    "estimate",
+    "prepare, C",
+    "feedback, C",
+    "Python around the C code",
+    "shift and transform the plan",
+    "reference, telemetry, the rest",
+    "whole control step",
+)
 
 
 class TimedEstimator:
@@ -62,10 +76,66 @@ class TimedEstimator:
         return estimate
 
 
+class TimedController(FormationController):
+    """A controller that measures the parts of its control steps."""
+
+    def __init__(self, config: ScenarioConfig) -> None:
+        self._timed_estimator = TimedEstimator(make_estimator(config))
+        self._timed_solvers: list[TimedKernelSolver] = []
+        super().__init__(config, estimator=self._timed_estimator, solver=self._timed_solver)
+        self._rows: list[tuple[float, ...]] = []
+
+    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Waiting:
+        """See ``FormationController``."""
+        (solver,) = self._timed_solvers
+        n_estimates, n_prepared, n_solved = self._counts()
+        begin = time.perf_counter()
+        decision = self.feedback(measurements, sqp_steps)
+        fed_back = time.perf_counter()
+        n_whole = len(solver.whole_times)
+        if isinstance(decision, Decision):
+            self.prepare_next()
+        end = time.perf_counter()
+        estimate = sum(self._timed_estimator.times[n_estimates:])
+        prepared, solved = sum(solver.prepare_times[n_prepared:]), sum(solver.feedback_times[n_solved:])
+        whole = sum(solver.whole_times[n_prepared + n_solved :])
+        after = sum(solver.whole_times[n_whole:])
+        before = whole - after
+        self._rows.append(
+            (
+                estimate,
+                prepared,
+                solved,
+                whole - prepared - solved,
+                end - fed_back - after,
+                fed_back - begin - estimate - before,
+                end - begin,
+            )
+        )
+        return decision
+
+    def parts(self) -> Mapping[str, Array]:
+        """Times of the parts, of each control step after the start [s]."""
+        # The first control step iterates to convergence and is no measure of the others.
+        columns = np.array(self._rows[1:]).T
+        return dict(zip(PARTS, columns, strict=True))
+
+    def _counts(self) -> tuple[int, int, int]:
+        (solver,) = self._timed_solvers
+        return len(self._timed_estimator.times), len(solver.prepare_times), len(solver.feedback_times)
+
+    def _timed_solver(self, ocp: Ocp) -> TimedKernelSolver:
+        solver = TimedKernelSolver(ocp)
+        self._timed_solvers.append(solver)
+        return solver
+
+
 @command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure and print; returns the exit code, 2 if the scenario cannot be flown."""
-    parser = CommandParser(prog="bench", description="Measure estimator, solver and flight, without ROS.")
+    parser = CommandParser(
+        prog="bench", description="Measure the parts of a control step, and flights, without ROS."
+    )
     parser.add_argument("--scenario", default="paper", help="path or plain name (default: paper)")
     parser.add_argument("--flights", type=positive, default=5, help="flights to measure (default 5)")
     parser.add_argument("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE")
@@ -78,11 +148,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _timed(scenario: LoadedScenario) -> Timed:
-    estimator = TimedEstimator(make_estimator(scenario.config))
-    controller = FormationController(scenario.config, estimator=estimator)
+    controller = TimedController(scenario.config)
     begin = time.process_time()
     log = fly_in_process(scenario, controller)
-    return Timed(log, time.process_time() - begin, np.array(estimator.times[1:]))
+    return Timed(log, time.process_time() - begin, controller.parts())
 
 
 def _table(scenario: LoadedScenario, flights: Sequence[Timed]) -> Table:
@@ -99,16 +168,12 @@ def _table(scenario: LoadedScenario, flights: Sequence[Timed]) -> Table:
         numbers = (np.median(values), values.min(), values.max())
         table.add_row(name, *(f"{number:.{digits}f}" for number in numbers))
 
-    def solver(name: str) -> Array:
-        # The first control step iterates to convergence and is no measure of the others.
-        return np.concatenate([flight.log.solver[name][1:] for flight in flights])
-
-    add("estimate (ms)", 1e3 * np.concatenate([flight.estimate_times for flight in flights]), 2)
-    prepare, feedback, steps = (solver(name) for name in ("prepare_time", "feedback_time", "sqp_steps"))
-    add("prepare, per control step (ms)", 1e3 * prepare, 2)
-    add("feedback, per control step (ms)", 1e3 * feedback, 2)
-    add("both, per SQP step (ms)", 1e3 * (prepare + feedback) / steps, 2)
-    add("SQP steps per control step", steps, 0)
+    for part in PARTS:
+        add(f"{part} (ms)", 1e3 * np.concatenate([flight.parts[part] for flight in flights]), 3)
+    # The first control step iterates to convergence and is no measure of the others.
+    add("SQP steps per control step", np.concatenate([f.log.solver["sqp_steps"][1:] for f in flights]), 0)
     add("CPU time of a flight (s)", np.array([flight.cpu_time for flight in flights]), 2)
     add("real-time factor on one core", np.array([flight.realtime_factor for flight in flights]), 1)
+    steps = [len(flight.log.solver["sqp_steps"]) / flight.cpu_time for flight in flights]
+    add("control steps per second, with simulation", np.array(steps), 0)
     return table
