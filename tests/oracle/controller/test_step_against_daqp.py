@@ -13,7 +13,6 @@ from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.registry import TERMS
 from relform_controller.solver.make import make_solver
 from relform_core.arrays import Array
-from relform_core.load import load_scenario_text
 
 TURN = 6.0
 """When the agile turn begins [s]."""
@@ -85,8 +84,7 @@ class Condenser:
 @pytest.mark.parametrize("controller", ["retuned", "team"])
 def test_first_inputs_of_shipped_tunings(controller: str) -> None:
     overrides = ["controller.estimator.finds_rotor_lag=false"] if controller == "team" else []
-    scenario = load_scenario_text(scenario_of(3, controller).effective_yaml, "scenario", overrides)
-    stream = record(scenario, 20, TURN)
+    stream = record(scenario_of(3, controller, overrides), 20, TURN)
     condenser, solver = Condenser(stream.ocp), make_solver(stream.ocp)
     for instance in stream.instances:
         solver.prepare(instance.guess, instance.geometry)

@@ -17,6 +17,7 @@ from relform_analysis.bench.timed_solver import TimedKernelSolver
 from relform_controller.blas import one_blas_thread
 from relform_controller.ocp.terms.registry import TERMS
 from relform_core.arrays import Array
+from relform_core.load import LoadedScenario
 
 _TURN = 6.0
 """Begin of the agile turn, which the formation change follows [s]."""
@@ -29,15 +30,22 @@ class Setup:
     n_vehicles: int
     controller: str
     """Plain name of the tuning."""
+    overrides: Sequence[str]
+    """Of the scenario, ``some.key=value``."""
     n_instances: int
     with_peer: bool
+
+    @property
+    def scenario(self) -> LoadedScenario:
+        """What is flown."""
+        return scenario_of(self.n_vehicles, self.controller, self.overrides)
 
 
 def measure(setup: Setup) -> dict[str, Any]:
     """One row of the table; ``peer_missing`` gives the reason if there is no peer."""
     compile_time = _compile_time(setup)
     with one_blas_thread():
-        stream = record(scenario_of(setup.n_vehicles, setup.controller), setup.n_instances, _TURN)
+        stream = record(setup.scenario, setup.n_instances, _TURN)
         before = _resident_mb()
         ours = TimedKernelSolver(stream.ocp)
         _solve(ours, stream.instances[0])
@@ -125,8 +133,7 @@ def _solve(solver: TimedKernelSolver, instance: Instance) -> Array:
 
 def _compile_time(setup: Setup) -> float:
     """Time to make the solver with an empty cache [s]."""
-    scenario = scenario_of(setup.n_vehicles, setup.controller)
-    ocp = record(scenario, 0).ocp
+    ocp = record(setup.scenario, 0).ocp
     before = os.environ.get("XDG_CACHE_HOME")
     with tempfile.TemporaryDirectory(prefix="relform-") as folder:
         os.environ["XDG_CACHE_HOME"] = folder

@@ -34,13 +34,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--peer", choices=("acados", "none"), default="acados", help="default: acados")
     parser.add_argument("--controller", default="retuned", help="tuning that is flown (default: retuned)")
+    parser.add_argument("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--instances", type=positive, default=250, help="SQP steps per team (default 250)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to this file")
     parser.add_argument("--page", type=Path, metavar="FOLDER", help="write performance.md and its plot there")
     options = parser.parse_args(arguments)
     rows: list[Row] = []
     for n_vehicles in options.vehicles:
-        setup = Setup(n_vehicles, options.controller, options.instances, options.peer == "acados")
+        setup = Setup(
+            n_vehicles, options.controller, options.overrides, options.instances, options.peer == "acados"
+        )
         # A process of its own: memory and libraries of one team do not disturb the next one.
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
             rows.append(pool.submit(measure, setup).result())

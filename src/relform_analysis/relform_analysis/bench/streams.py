@@ -1,6 +1,6 @@
 """Streams of SQP steps as a flight takes them: what the solver was given, step by step."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from relform_analysis.flight.simulate import simulate
@@ -14,7 +14,7 @@ from relform_core.controller_config import WeightsConfig
 from relform_core.load import LoadedScenario, load_scenario
 from relform_core.units import seconds_to_ns
 
-N_SCENARIO = {3: "paper", 5: "five", 8: "eight"}
+SCENARIOS = {3: "paper", 5: "five", 8: "eight"}
 """Scenarios by the number of their vehicles; other teams fly the paper's phases in a wedge."""
 
 
@@ -96,18 +96,20 @@ def record(
     return Stream(problems[0], instances[n_before : n_before + n_instances])
 
 
-def scenario_of(n_vehicles: int, controller: str, seed: int = 1) -> LoadedScenario:
+def scenario_of(
+    n_vehicles: int, controller: str, overrides: Sequence[str] = (), seed: int = 1
+) -> LoadedScenario:
     """The phases of the paper, flown by a team of this size.
 
     Args:
         n_vehicles: at least 2.
         controller: plain name of its tuning, for instance ``paper`` or ``team``.
+        overrides: texts ``some.key=value``.
         seed: of the flight.
     """
-    overrides = [f"controller={find_config('controller', controller)}"]
-    if n_vehicles not in N_SCENARIO:
-        overrides += wedge(n_vehicles)
-    return load_scenario(N_SCENARIO.get(n_vehicles, "paper"), overrides, seed)
+    team = [] if n_vehicles in SCENARIOS else wedge(n_vehicles)
+    changes = [f"controller={find_config('controller', controller)}", *team, *overrides]
+    return load_scenario(SCENARIOS.get(n_vehicles, "paper"), changes, seed)
 
 
 def wedge(n_vehicles: int) -> list[str]:
