@@ -9,7 +9,7 @@ from relform_analysis.flight.simulate import simulate
 from relform_analysis.judges.flown import true_state
 from relform_controller.blas import one_blas_thread
 from relform_controller.estimation.team import TeamEstimator
-from relform_controller.estimation.team_filter import Belief
+from relform_controller.estimation.team_belief import Belief
 from relform_controller.formation_controller import FormationController
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angles

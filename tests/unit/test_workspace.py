@@ -94,6 +94,16 @@ def test_setup_py_agrees_with_the_manifest(package: str) -> None:
     assert run.stdout.splitlines() == manifest
 
 
+@pytest.mark.parametrize("package", ["relform_analysis", "relform_controller"])
+def test_a_build_has_the_files_that_are_not_code(package: str, tmp_path: Path) -> None:
+    """Such as the C code of kernels and the assets of reports; a build with links does not show it."""
+    command = [sys.executable, "setup.py", "--quiet", "build", "--build-base", str(tmp_path)]
+    subprocess.run(command, cwd=SOURCES / package, capture_output=True, check=True)
+    source, built = SOURCES / package / package, tmp_path / "lib" / package
+    names = {path.relative_to(source) for path in source.rglob("*.*") if "__pycache__" not in path.parts}
+    assert names == {path.relative_to(built) for path in built.rglob("*.*")}
+
+
 @pytest.mark.parametrize("package", PYTHON_PACKAGES)
 def test_manifest_names_what_the_code_imports(package: str) -> None:
     """Stock ROS builds in the order of the manifests, and rosdep installs what they name."""

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from relform_controller.estimation import team_model
-from relform_controller.estimation.team_filter import Belief
+from relform_controller.estimation.team_belief import Belief
 from relform_core.arrays import Array
 from support.consistency import JudgedStep, judged_steps, relative_nees
 from support.scenarios import paper_scenario

@@ -8,12 +8,14 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from relform_controller.estimation import team_model
+from relform_controller.estimation.team_belief import Belief, Observation
 from relform_controller.estimation.team_filter import (
-    Belief,
-    Observation,
+    ReferenceTeamFilter,
     TeamFilter,
+    residuals,
     squared_distances,
 )
+from relform_controller.estimation.team_kernel import CompiledTeamFilter
 from relform_controller.estimation.team_model import N_FILTER_STATE, N_OWN_ROWS
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody
@@ -25,9 +27,13 @@ BODY = RigidBody.from_config(paper_scenario(f"vehicle.drag_coefficient_n_s_m={DR
 PAIRS = layout.ordered_pairs(N)
 
 
-@pytest.fixture(scope="module")
-def team_filter() -> TeamFilter:
-    return TeamFilter(BODY, N)
+REFERENCE = ReferenceTeamFilter(BODY, N)
+
+
+@pytest.fixture(scope="module", params=[ReferenceTeamFilter, CompiledTeamFilter])
+def team_filter(request: pytest.FixtureRequest) -> TeamFilter:
+    made: TeamFilter = request.param(BODY, N)
+    return made
 
 
 def random_states(generator: np.random.Generator) -> np.ndarray:
@@ -121,6 +127,11 @@ def differences(function: object, states: np.ndarray, step: float = 1e-6) -> np.
     return np.array(columns).T
 
 
+def mahalanobis(innovation: np.ndarray, rows: np.ndarray) -> float:
+    """Squared distance of a whitened innovation with these rows of W."""
+    return float(innovation @ np.linalg.inv(np.eye(len(rows)) + rows @ rows.T) @ innovation)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_innovation_and_its_rows(team_filter: TeamFilter, seed: int) -> None:
     generator = np.random.default_rng(seed)
@@ -133,12 +144,25 @@ def test_innovation_and_its_rows(team_filter: TeamFilter, seed: int) -> None:
             (observation.sighting_weights @ observation.sightings[:, :, None]).reshape(-1),
         ]
     )
-    r = np.concatenate([found.own.reshape(-1), found.sightings.reshape(-1)])
+    r = residuals(found)
     np.testing.assert_allclose(r, measured - whitened(belief.states, thrusts, observation), atol=1e-9)
     H = differences(lambda states: whitened(states, thrusts, observation), belief.states)
-    size = belief.factor.shape[0]
-    W = np.concatenate([found.own_rows.reshape(-1, size), found.sighting_rows.reshape(-1, size)])
+    W = REFERENCE.rows(belief, found)
     np.testing.assert_allclose(W, H @ belief.factor, atol=1e-6)
+    rows = dict(enumerate(W[: N * N_OWN_ROWS].reshape(N, N_OWN_ROWS, -1)))
+    for vehicle, own in enumerate(found.own):
+        tilt_and_rates = range(N_OWN_ROWS)[team_model.TILT_ROWS.start : team_model.RATE_ROWS.stop]
+        distance = mahalanobis(own[tilt_and_rates], rows[vehicle][tilt_and_rates])
+        assert found.torque_distances[vehicle] == pytest.approx(distance)
+        force = team_model.SPECIFIC_FORCE_ROWS
+        distance = mahalanobis(own[force], rows[vehicle][force])
+        assert (found.forces[vehicle] ** 2).sum() == pytest.approx(distance)
+    leader = [*range(N_OWN_ROWS)[team_model.POSITION_ROWS], team_model.YAW_ROW]
+    assert found.leader_distance[0] == pytest.approx(mahalanobis(found.own[0, leader], rows[0][leader]))
+    for sighting, sighting_rows, distance in zip(
+        found.sightings, W[N * N_OWN_ROWS :].reshape(-1, 3, W.shape[1]), found.sighting_distances, strict=True
+    ):
+        assert distance == pytest.approx(mahalanobis(sighting, sighting_rows))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -150,7 +174,7 @@ def test_correction_is_that_of_the_kalman_filter(team_filter: TeamFilter, seed: 
     corrected = team_filter.correct(belief, innovation)
 
     H = differences(lambda states: whitened(states, thrusts, observation), belief.states)
-    r = np.concatenate([innovation.own.reshape(-1), innovation.sightings.reshape(-1)])
+    r = residuals(innovation)
     P = belief.covariance
     K = P @ H.T @ np.linalg.inv(H @ P @ H.T + np.eye(len(r)))
     I_KH = np.eye(len(P)) - K @ H
@@ -195,7 +219,8 @@ def test_squared_distances_follow_the_chi_square_distribution(team_filter: TeamF
     generator = np.random.default_rng(6)
     belief, thrusts = random_belief(generator), random_thrusts(generator)
     observation = random_observation(generator, belief.states)
-    rows = team_filter.innovation(belief, thrusts, observation).sighting_rows[:1]
+    innovation = team_filter.innovation(belief, thrusts, observation)
+    rows = REFERENCE.rows(belief, innovation)[None, N * N_OWN_ROWS :][:, :3]
     draws = 20000
     errors = (
         generator.standard_normal((draws, 3)) + generator.standard_normal((draws, rows.shape[2])) @ rows[0].T

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relform_controller.estimation.team_filter import Belief
+from relform_controller.estimation.team_belief import Belief
 from relform_controller.estimation.team_geometry import covariances, states_and_geometry
 from relform_controller.estimation.team_model import N_FILTER_STATE
 from relform_controller.ocp import layout

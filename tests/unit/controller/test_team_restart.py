@@ -3,7 +3,7 @@
 import numpy as np
 
 from relform_controller.estimation import team_model, team_noise
-from relform_controller.estimation.team_filter import Belief
+from relform_controller.estimation.team_belief import Belief
 from relform_controller.estimation.team_geometry import covariances, states_and_geometry
 from relform_controller.estimation.team_restart import placed_again, unanchored
 from relform_controller.ocp import layout

@@ -7,7 +7,7 @@ import numpy as np
 from relform_analysis.flight.simulate import SimulatedStep, simulate
 from relform_controller.blas import one_blas_thread
 from relform_controller.estimation import team_model
-from relform_controller.estimation.team_filter import Observation
+from relform_controller.estimation.team_belief import Observation
 from relform_controller.estimation.team_observation import ObservationBuilder
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_CB, rotation_z, rpy_from_quaternion

@@ -6,7 +6,7 @@ from scipy.linalg import block_diag
 
 from relform_analysis.flight.tracking_errors import relative_positions
 from relform_controller.estimation import team_model
-from relform_controller.estimation.team_filter import Observation
+from relform_controller.estimation.team_belief import Observation
 from relform_controller.estimation.team_model import N_FILTER_STATE
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_z, wrap_angles

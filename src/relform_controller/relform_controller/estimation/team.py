@@ -1,12 +1,11 @@
 """The team estimator: a Kalman filter of all vehicles; measurements may be late, lost or wrong."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from relform_controller.estimation import (
-    team_geometry,
     team_model,
     team_monitor,
     team_noise,
@@ -14,14 +13,10 @@ from relform_controller.estimation import (
 )
 from relform_controller.estimation.estimator import AppliedInputs, TeamEstimate, Waiting
 from relform_controller.estimation.lag_finder import CANDIDATES, LagEvidence, LagFinder
-from relform_controller.estimation.team_filter import (
-    Belief,
-    Innovation,
-    Observation,
-    TeamFilter,
-    squared_distances,
-)
+from relform_controller.estimation.team_belief import Belief, Innovation, Observation
+from relform_controller.estimation.team_filter import TeamFilter
 from relform_controller.estimation.team_health import TeamHealth
+from relform_controller.estimation.team_kernel import make_team_filter
 from relform_controller.estimation.team_monitor import Memory
 from relform_controller.estimation.team_observation import ObservationBuilder
 from relform_controller.estimation.team_start import FirstBelief, TeamStart
@@ -83,11 +78,12 @@ class TeamEstimator:
 
     Args:
         config: the scenario; of the vehicles the nominal values only.
+        team_filter: None: the compiled one, if there is a compiler.
     """
 
     estimates_disturbances = True
 
-    def __init__(self, config: ScenarioConfig) -> None:
+    def __init__(self, config: ScenarioConfig, team_filter: TeamFilter | None = None) -> None:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
         self._body = RigidBody.from_config(config.vehicle)
@@ -96,7 +92,7 @@ class TeamEstimator:
         index = {pair: k for k, pair in enumerate(self._pairs)}
         self._opposite = np.array([index[j, i] for i, j in self._pairs], dtype=np.intp)
         self._hover = np.full((n, layout.N_INPUT), config.vehicle.hover_thrust)
-        self._filter = TeamFilter(self._body, n)
+        self._filter = make_team_filter(self._body, n) if team_filter is None else team_filter
         chosen = config.controller.estimator
         self._options = (
             chosen if isinstance(chosen, TeamEstimatorConfig) else TeamEstimatorConfig(kind="team")
@@ -190,12 +186,11 @@ class TeamEstimator:
         belief, innovation, drift = self._follow_changes(known, observation, innovation)
         belief, innovation, misfits = self._check_localization(known, belief, observation, innovation)
         seen = np.asarray(observation.sighting_weights.any(axis=(1, 2)))
-        distances = squared_distances(innovation.sightings, innovation.sighting_rows)
-        rejected = team_monitor.outlying_sightings(innovation, distances, seen, self._opposite)
+        rejected = team_monitor.outlying_sightings(innovation, seen, self._opposite)
         runs, contradictions = team_monitor.runs_of_rejections(innovation, rejected, seen, memory)
-        self._note_sightings(stamp_ns, seen, rejected, distances)
+        self._note_sightings(stamp_ns, seen, rejected, innovation.sighting_distances)
         if rejected.any() and self._options.gates_sightings:
-            innovation = _without(innovation, rejected)
+            innovation = innovation.without(rejected)
         belief = self._filter.correct(belief, innovation)
         for vehicle in team_monitor.misplaced_vehicles(runs, seen, self._pairs):
             belief = self._placed_again(belief, vehicle, measured)
@@ -281,8 +276,7 @@ class TeamEstimator:
 
     def _estimate(self, now_ns: int, belief: Belief) -> TeamEstimate:
         """The belief in the {mi} frames of the vehicles, and what was found in this step."""
-        states, geometry = team_geometry.states_and_geometry(belief)
-        covariances = team_geometry.covariances(belief, geometry)
+        states, geometry, covariances = self._filter.geometry(belief)
         found = self._findings
         mode, reason = self._health.judge(now_ns, found.contradictions)
         return TeamEstimate(
@@ -303,13 +297,3 @@ class TeamEstimator:
             covariances,
             self._rotor_lag,
         )
-
-
-def _without(innovation: Innovation, rejected: Mask) -> Innovation:
-    """The same without the sightings that are rejected."""
-    keep = ~rejected
-    return replace(
-        innovation,
-        sightings=innovation.sightings * keep[:, None],
-        sighting_rows=innovation.sighting_rows * keep[:, None, None],
-    )

@@ -6,7 +6,7 @@ import numpy as np
 
 from relform_controller.estimation import team_model
 from relform_controller.estimation.estimator import TeamCovariances
-from relform_controller.estimation.team_filter import Belief
+from relform_controller.estimation.team_belief import Belief
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import wrap_angles
 from relform_controller.ocp.problem import Disturbances, TeamGeometry

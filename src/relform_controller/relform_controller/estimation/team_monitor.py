@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relform_controller.estimation import team_model
-from relform_controller.estimation.team_filter import Innovation, squared_distances
+from relform_controller.estimation.team_belief import Innovation
 from relform_core.arrays import Array, Integers, Mask
 
 SIGHTING_GATE = 16.27
@@ -32,9 +31,6 @@ SAME_CONTRADICTION = 0.3
 """A wrong belief contradicts the sightings in the same way at each instant, up to this part of the error."""
 RUN = 10
 """After so many rejections in a row the belief counts as wrong."""
-
-LOCALIZED_POSE_ROWS = [*range(team_model.N_OWN_ROWS)[team_model.POSITION_ROWS], team_model.YAW_ROW]
-TORQUE_ROWS = slice(team_model.TILT_ROWS.start, team_model.RATE_ROWS.stop)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +54,8 @@ class Memory:
 
 def torque_changes(innovation: Innovation) -> Mask:
     """Which vehicles' tilt and rates show that their torques are not those of the model, shape (vehicle,)."""
-    return _beyond(innovation.own[:, TORQUE_ROWS], innovation.own_rows[:, TORQUE_ROWS], TORQUE_GATE)
+    changed: Mask = innovation.torque_distances > TORQUE_GATE
+    return changed
 
 
 def force_changes(innovation: Innovation, drift: Array) -> tuple[Mask, Array]:
@@ -69,13 +66,9 @@ def force_changes(innovation: Innovation, drift: Array) -> tuple[Mask, Array]:
     Returns:
         Shapes (vehicle,) and (vehicle, 3).
     """
-    rows = innovation.own_rows[:, team_model.SPECIFIC_FORCE_ROWS]
-    whitened = innovation.own[:, team_model.SPECIFIC_FORCE_ROWS]
-    roots = np.linalg.cholesky(np.eye(3) + rows @ rows.swapaxes(1, 2))
-    normalised = np.linalg.solve(roots, whitened[:, :, None])[:, :, 0]
-    drift = DRIFT_MEMORY * drift + (1.0 - DRIFT_MEMORY) * normalised
+    drift = DRIFT_MEMORY * drift + (1.0 - DRIFT_MEMORY) * innovation.forces
     drift_scale = (1.0 + DRIFT_MEMORY) / (1.0 - DRIFT_MEMORY)  # the average has this much less variance
-    changed: Mask = ((normalised**2).sum(axis=1) > FORCE_GATE) | (
+    changed: Mask = ((innovation.forces**2).sum(axis=1) > FORCE_GATE) | (
         drift_scale * (drift**2).sum(axis=1) > DRIFT_GATE
     )
     drift[changed] = 0.0
@@ -84,24 +77,17 @@ def force_changes(innovation: Innovation, drift: Array) -> tuple[Mask, Array]:
 
 def localization_misfits(innovation: Innovation) -> bool:
     """Whether the leader's localization contradicts the belief."""
-    return bool(
-        _beyond(
-            innovation.own[:1, LOCALIZED_POSE_ROWS],
-            innovation.own_rows[:1, LOCALIZED_POSE_ROWS],
-            LOCALIZATION_GATE,
-        )[0]
-    )
+    return bool(innovation.leader_distance[0] > LOCALIZATION_GATE)
 
 
-def outlying_sightings(innovation: Innovation, distances: Array, seen: Mask, opposite: Integers) -> Mask:
+def outlying_sightings(innovation: Innovation, seen: Mask, opposite: Integers) -> Mask:
     """Which sightings to reject, shape (pair,).
 
     Args:
-        distances: squared, of the sightings, shape (pair,).
         seen: which pairs have a sighting, shape (pair,).
         opposite: index of the pair with observer and target exchanged, shape (pair,).
     """
-    outside = seen & (distances > SIGHTING_GATE)
+    outside = seen & (innovation.sighting_distances > SIGHTING_GATE)
     both = outside & outside[opposite]
     if both.any():  # two vehicles that contradict the belief in the same way are right, and the belief wrong
         outside &= ~(both & (_disagreement(innovation, opposite) < SIGHTING_GATE))
@@ -142,19 +128,11 @@ def misplaced_vehicles(runs: Integers, seen: Mask, pairs: tuple[tuple[int, int],
     return found
 
 
-def _beyond(innovations: Array, rows: Array, gate: float) -> Mask:
-    """Which groups of whitened innovations have a squared distance above a gate, shape (group,)."""
-    beyond: Mask = (innovations**2).sum(axis=1) > gate  # the distance is at most that of a certain belief
-    if beyond.any():
-        beyond &= squared_distances(innovations, rows) > gate
-    return beyond
-
-
 def _disagreement(innovation: Innovation, opposite: Integers) -> Array:
     """What is left of two mutual sightings when the relative position is moved to fit both, shape (pair,)."""
     r = np.concatenate([innovation.sightings, innovation.sightings[opposite]], axis=1)
-    by_position = innovation.sightings_by_position
-    A = np.concatenate([by_position, -by_position[opposite]], axis=1)
+    by_target = innovation.sightings_by_target
+    A = np.concatenate([by_target, -by_target[opposite]], axis=1)
     A = np.where(np.abs(A).sum(axis=(1, 2), keepdims=True) > 0.0, A, np.eye(6, 3))
     fit = np.linalg.pinv(A) @ r[:, :, None]
     rest: Array = ((r - (A @ fit)[:, :, 0]) ** 2).sum(axis=1)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from relform_controller.estimation import team_model
-from relform_controller.estimation.team_filter import Observation
+from relform_controller.estimation.team_belief import Observation
 from relform_controller.ocp.frames import rpy_from_quaternion
 from relform_controller.ocp.layout import ordered_pairs
 from relform_core.arrays import Array

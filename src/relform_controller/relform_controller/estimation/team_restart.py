@@ -6,7 +6,7 @@ import numpy as np
 
 from relform_controller.estimation import team_model, team_noise
 from relform_controller.estimation.relative_yaw import relative_position_B, yaw_from_mutual_sight
-from relform_controller.estimation.team_filter import Belief
+from relform_controller.estimation.team_belief import Belief
 from relform_controller.ocp import layout
 from relform_controller.ocp.frames import rotation_CB, rotation_z, wrap_angle
 from relform_core.arrays import Array

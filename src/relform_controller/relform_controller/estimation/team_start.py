@@ -19,7 +19,8 @@ from relform_controller.estimation.relative_yaw import (
     relative_position_B,
     yaw_from_mutual_sight,
 )
-from relform_controller.estimation.team_filter import Belief, Observation, TeamFilter
+from relform_controller.estimation.team_belief import Belief, Observation
+from relform_controller.estimation.team_filter import TeamFilter
 from relform_controller.estimation.team_monitor import SIGHTING_GATE
 from relform_controller.estimation.team_observation import ObservationBuilder
 from relform_controller.ocp import layout
