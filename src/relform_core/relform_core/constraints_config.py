@@ -44,7 +44,7 @@ class FieldOfViewConstraint(Prices):
     axis_elevation: Annotated[float, Field(alias="axis_elevation_deg", ge=-90.0, le=90.0), DEGREES]
     half_angle: Annotated[float, Field(alias="half_angle_deg", gt=0.0, lt=180.0), DEGREES]
     range_max: Annotated[Positive, Field(alias="range_max_m")]
-    pairs: tuple[tuple[Name, Name], ...]
+    pairs: Annotated[tuple[Annotated[tuple[Name, Name], Field(strict=False)], ...], Field(strict=False)]
     """(observer, target) by name."""
 
 

@@ -11,6 +11,11 @@ static inline lanes lanes_if(lane_bits condition, lanes then, lanes otherwise) {
   return (lanes)(((lane_bits)then & condition) | ((lane_bits)otherwise & ~condition));
 }
 
+static inline lanes lanes_max(lanes a, lanes b) { return lanes_if(a > b, a, b); }
+
+/* 1 where a <= b, else 0. */
+static inline lanes lanes_le(lanes a, lanes b) { return lanes_if(a <= b, all_lanes(1.0), all_lanes(0.0)); }
+
 static inline lanes lanes_sqrt(lanes x) {
   lanes root;
   for (int l = 0; l < LANES; ++l) root[l] = __builtin_sqrt(x[l]);

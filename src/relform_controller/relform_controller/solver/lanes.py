@@ -9,8 +9,16 @@ import casadi as ca
 
 N_LANES = 8
 
-_BINARY = {ca.OP_ADD: "+", ca.OP_SUB: "-", ca.OP_MUL: "*", ca.OP_DIV: "/"}
-_UNARY = {
+_OPERATIONS = {
+    ca.OP_ADD: "{0} + {1}",
+    ca.OP_SUB: "{0} - {1}",
+    ca.OP_MUL: "{0} * {1}",
+    ca.OP_DIV: "{0} / {1}",
+    ca.OP_FMAX: "lanes_max({0}, {1})",
+    ca.OP_FMIN: "-lanes_max(-({0}), -({1}))",
+    ca.OP_LE: "lanes_le({0}, {1})",
+    ca.OP_FABS: "lanes_max({0}, -({0}))",
+    ca.OP_SIGN: "lanes_le(0.0 * {0}, {0}) - lanes_le({0}, 0.0 * {0})",
     ca.OP_NEG: "-({0})",
     ca.OP_SQ: "({0})*({0})",
     ca.OP_TWICE: "({0})+({0})",
@@ -18,7 +26,7 @@ _UNARY = {
     ca.OP_SQRT: "lanes_sqrt({0})",
     ca.OP_SIN: "lanes_sin({0})",
     ca.OP_COS: "lanes_cos({0})",
-    ca.OP_TAN: "lanes_sin({0})/lanes_cos({0})",
+    ca.OP_TAN: "lanes_sin({0}) / lanes_cos({0})",
     ca.OP_ASSIGN: "{0}",
 }
 
@@ -62,14 +70,12 @@ def lane_function(function: ca.Function) -> LaneFunction:
         if operation == ca.OP_CONST:
             values[target] = function.instruction_constant(k)
             continue
-        arguments = [repr(values[i]) if i in values else f"w{i}" for i in read]
+        arguments = [f"all_lanes({values[i]!r})" if i in values else f"w{i}" for i in read]
         values.pop(target, None)
         if operation == ca.OP_INPUT:
             lines.append(f"w{target} = in[{inputs.setdefault((read[0], read[1]), len(inputs))}];")
-        elif operation in _BINARY:
-            lines.append(f"w{target} = {arguments[0]} {_BINARY[operation]} {arguments[1]};")
-        elif operation in _UNARY:
-            lines.append(f"w{target} = {_UNARY[operation].format(arguments[0])};")
+        elif operation in _OPERATIONS:
+            lines.append(f"w{target} = {_OPERATIONS[operation].format(*arguments)};")
         else:
             raise ValueError(f"{function.name()}: operation {operation} has no code for lanes")
     work = ", ".join(f"w{i}" for i in range(function.sz_w()))

@@ -40,17 +40,10 @@ class Linearization:
         self._leader_gradient = _evaluator(functions.leader_gradient, 1, n_stages)
         self._pair_hessian = _evaluator(functions.pair_hessian, len(ocp.pairs), n_stages)
         self._pair_gradient = _evaluator(functions.pair_gradient, len(ocp.pairs), n_stages)
-        self._vehicle_rows = _rows_evaluator(functions.vehicle_rows, ocp.n_vehicles, n_stages)
-        self._pair_rows = _rows_evaluator(functions.pair_rows, len(ocp.pairs), n_stages)
-        prices = [c.prices for c in ocp.constraints.vehicle] * ocp.n_vehicles
-        self._rows_of_pairs = [
-            (pair, row)
-            for pair, of in enumerate(ocp.pairs)
-            for row, constraint in enumerate(ocp.constraints.pair)
-            if of in constraint.pairs
-        ]
-        prices += [ocp.constraints.pair[row].prices for _, row in self._rows_of_pairs]
-        self._prices = np.array([(each.price, each.square_price) for each in prices]).reshape(-1, 2).T
+        self._vehicle_rows = _rows_evaluator(functions.vehicle_rows, ocp.n_vehicles, n_stages, layout.N_STATE)
+        self._pair_rows = _rows_evaluator(functions.pair_rows, len(ocp.pairs), n_stages, 2 * layout.N_STATE)
+        self._rows_of_pairs = rows_of_pairs(ocp)
+        self._prices = row_prices(ocp).T
         self.set_weights(ocp.weights)
 
     def set_weights(self, weights: WeightsConfig) -> None:
@@ -201,6 +194,23 @@ def leader_frame(geometry: TeamGeometry) -> Array:
     return np.append(geometry.p_NI_N, geometry.yaw_NI)
 
 
+def rows_of_pairs(ocp: Ocp) -> list[tuple[int, int]]:
+    """(pair, constraint of pairs) of every soft constraint that there is, by number."""
+    return [
+        (pair, row)
+        for pair, of in enumerate(ocp.pairs)
+        for row, constraint in enumerate(ocp.constraints.pair)
+        if of in constraint.pairs
+    ]
+
+
+def row_prices(ocp: Ocp) -> Array:
+    """Price and square price of every soft constraint of a stage, shape (row, 2)."""
+    prices = [constraint.prices for constraint in ocp.constraints.vehicle] * ocp.n_vehicles
+    prices += [ocp.constraints.pair[row].prices for _, row in rows_of_pairs(ocp)]
+    return np.array([(each.price, each.square_price) for each in prices]).reshape(-1, 2)
+
+
 def vehicle_frames(ocp: Ocp, geometry: TeamGeometry) -> Array:
     """p_NI_N and yaw_NI of every vehicle, as the leader sees them, shape (vehicle, 4)."""
     frames = np.empty((ocp.n_vehicles, 4))
@@ -217,11 +227,11 @@ def pair_frames(geometry: TeamGeometry) -> Array:
 
 
 def _rows_evaluator(
-    function: ca.Function | None, n_items: int, n_stages: int
+    function: ca.Function | None, n_items: int, n_stages: int, n_states: int
 ) -> Callable[..., tuple[Array, ...]]:
     """Values and derivatives of soft constraints, shapes (item, stage, row) and (item, stage, row, state)."""
     if function is None:
-        return lambda *_: (np.zeros((n_items, n_stages, 0)), np.zeros((n_items, n_stages, 0, 0)))
+        return lambda *_: (np.zeros((n_items, n_stages, 0)), np.zeros((n_items, n_stages, 0, n_states)))
     return _evaluator(function, n_items, n_stages)
 
 

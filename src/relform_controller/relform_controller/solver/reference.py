@@ -104,9 +104,10 @@ def objective(qp: TeamQp, found: Minimiser) -> float:
 
 
 def kkt(qp: TeamQp, found: Minimiser, dz0: Array) -> float:
-    """|gradient . step| + sum |multiplier * active bound| of the QP in the commands alone (``SqpStep``).
+    """|gradient . step| + sum |multiplier * active bound| of the QP in commands and violations (``SqpStep``).
 
-    The gradient is that at du = 0, where the states follow the dynamics freely.
+    The gradient is that at the guess: du = 0, where the states follow the dynamics freely, and the violations
+    sigma of the guess.
     """
     dz = [dz0]
     for A, gap in zip(qp.A, qp.gap, strict=True):
@@ -116,5 +117,8 @@ def kkt(qp: TeamQp, found: Minimiser, dz0: Array) -> float:
         gradient[k] = qp.r[k] + qp.S[k] @ dz[k] + qp.B[k].T @ costate
         costate = qp.q[k] + qp.Q[k] @ dz[k] + qp.A[k].T @ costate
     du, slope = found.trajectory.du, found.trajectory.slope
-    soft = found.soft * soft_rows(qp, np.array(dz))
-    return float(abs(np.sum(gradient * du)) + np.abs(slope * du).sum() + np.abs(soft).sum())
+    guessed, sigma = np.maximum(qp.c, 0.0), np.maximum(soft_rows(qp, found.trajectory.dz), 0.0)
+    by_sigma = qp.linear_price + qp.square_price * guessed
+    change = np.sum(gradient * du) + np.sum(by_sigma * (sigma - guessed))
+    at_soft = found.soft * (soft_rows(qp, np.array(dz)) - guessed)
+    return float(abs(change) + np.abs(slope * du).sum() + np.abs(at_soft).sum())

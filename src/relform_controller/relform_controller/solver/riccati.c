@@ -1,181 +1,4 @@
-/* One SQP step of the team: the algorithm of reference.py with its block structure.
- *
- * Generated before this text: lanes.c, the functions of a stage on lanes, N_ROTOR (4 if the rotors may lag,
- * else 0) and tables of their outputs. Per vehicle, the stage state z is [state 12, before 4, rotors N_ROTOR]
- * and padded with zeros to NZS numbers. A block is the part of a team matrix for two vehicles, row by row.
- * Symmetric team matrices have the blocks i <= j. */
-
-enum {
-  NX = 12,
-  NU = 4,
-  NZ = NX + NU + N_ROTOR,
-  NZS = (NZ + 7) / 8 * 8,
-  NF = NX + NU,     /* columns of [A | B_f]: by the state and by the mean thrusts f */
-  NV = NF + 8,      /* columns of a product: x, f, before and rotors after the stage, padded */
-  BLOCK = NZ * NZS,
-};
-
-typedef struct {
-  /* Sizes. */
-  long n, N, n_pairs;
-  /* The problem of `prepare`. */
-  double memory, decay, thrust_min, thrust_max;
-  const double *states;           /* guess, [n][N + 1][12] */
-  const double *commands;         /* guess, [n][N][4] */
-  const double *rotors;           /* guess, [n][N + 1][4] */
-  const double *disturbances;     /* [n][4] */
-  const double *vehicle_weights;  /* [term] */
-  const double *leader_weights;   /* [N][term] */
-  const double *pair_weights;     /* [pair][N][term] */
-  const long *pairs;              /* [pair][2] */
-  const double *leader_frame;     /* p_NI_N, yaw_NI */
-  const double *pair_frames;      /* [pair][4] */
-  /* What `feedback` adds; the frames are then the measured ones. */
-  const double *leader_reference; /* [N + 1][4] */
-  const double *pair_reference;   /* [pair][N + 1][3] */
-  const double *dz0;              /* [n * NZS] */
-  /* Results. */
-  double *dz;                     /* [N + 1][n * NZS] */
-  double *du;                     /* [N][n * NU] */
-  double *slope;                  /* [N][n * NU] */
-  signed char *side;              /* [N][n * NU] */
-  double kkt, objective;
-  long iterations, active;
-  /* Work. */
-  lanes *vehicle_out;             /* [group][VEHICLE_OUT] */
-  lanes *leader_hessian_out, *pair_hessian_out;
-  double *core;                   /* [A | B_f], [n][N][NX][NF] */
-  double *gap;                    /* [N][n][NX] */
-  double *q_vehicle;              /* gradient by z of the terms of vehicles, [N + 1][n * NZS] */
-  double *q;                      /* the whole gradient by z, [N + 1][n * NZS] */
-  double *r;                      /* gradient by u, [N][n * NU] */
-  double *P;                      /* [N + 1][block][BLOCK] */
-  double *P_gap;                  /* P_{k+1} gap_k, [N][n * NZS] */
-  double *p;                      /* [N + 1][n * NZS] */
-  double *G_uz;                   /* [N][n * NU][n * NZS] */
-  double *G_uu;                   /* [N][n * NU][n * NU] */
-  double *U;                      /* L', [N][n * NU][n * NU] */
-  double *Y;                      /* [N][n * NU][n * NZS] */
-  double *g_u;                    /* with what the fixed commands add, [N][n * NU] */
-  double *y;                      /* [N][n * NU] */
-  double vehicle_cost;
-  long corrected;                 /* whether the factors are no longer those of `prepare` */
-} Team;
-
-static long min_long(long a, long b) { return a < b ? a : b; }
-
-/* Block (i, j), i <= j, of the symmetric team matrix at `blocks`. */
-static double *block_of(const Team *t, double *blocks, long i, long j) {
-  return blocks + (i * t->n - i * (i - 1) / 2 + (j - i)) * BLOCK;
-}
-
-static double *blocks_of_stage(const Team *t, long k) { return t->P + k * (t->n * (t->n + 1) / 2) * BLOCK; }
-
-/* --- Linearisation ------------------------------------------------------------------------------------- */
-
-static void linearize_vehicles(Team *t) {
-  const long N = t->N, items = t->n * N;
-  t->vehicle_cost = 0.0;
-  for (long first = 0; first < items; first += LANES) {
-    lanes in[VEHICLE_IN], *out = t->vehicle_out + first / LANES * VEHICLE_OUT;
-    const long filled = min_long(LANES, items - first);
-    for (long l = 0; l < LANES; ++l) {
-      const long item = first + min_long(l, filled - 1), i = item / N, k = item % N;
-      const double *commands = t->commands + item * NU;
-      vehicle_gather((double *)in + l, t->states + (i * (N + 1) + k) * NX, commands - (k > 0 ? NU : 0),
-                     t->rotors + (i * (N + 1) + k) * NU, commands, t->disturbances + i * 4, &t->memory,
-                     t->vehicle_weights);
-    }
-    vehicle(in, out);
-    for (long l = 0; l < filled; ++l) {
-      const long item = first + l, i = item / N, k = item % N;
-      const double *value = (const double *)out + l;
-      double *core = t->core + item * NX * NF, *gap = t->gap + (k * t->n + i) * NX;
-      const double *next = t->states + (i * (N + 1) + k + 1) * NX;
-      for (long a = 0; a < NX; ++a) gap[a] = value[vehicle_following[a] * LANES] - next[a];
-      for (long e = 0; e < VEHICLE_CORE; ++e) core[vehicle_core_to[e]] = value[vehicle_core_from[e] * LANES];
-      double *q = t->q_vehicle + (k * t->n + i) * NZS, *r = t->r + (k * t->n + i) * NU;
-      for (long e = 0; e < VEHICLE_GRADIENT; ++e) {
-        const long to = vehicle_gradient_to[e];
-        *(to < NZ ? q + to : r + to - NZ) = value[vehicle_gradient_from[e] * LANES];
-      }
-      t->vehicle_cost += value[vehicle_cost_from * LANES];
-    }
-  }
-}
-
-static void linearize_leader_and_pairs(Team *t) {
-  const long N = t->N, items = t->n_pairs * N;
-  lanes in[PAIR_HESSIAN_IN > LEADER_HESSIAN_IN ? PAIR_HESSIAN_IN : LEADER_HESSIAN_IN];
-  const double none[4] = {0.0, 0.0, 0.0, 0.0};
-  for (long first = 0; first < N; first += LANES) {
-    for (long l = 0; l < LANES; ++l) {
-      const long k = min_long(first + l, N - 1);
-      leader_hessian_gather((double *)in + l, t->states + (k + 1) * NX, t->leader_frame, none,
-                            t->leader_weights + k * LEADER_TERMS);
-    }
-    leader_hessian(in, t->leader_hessian_out + first / LANES * LEADER_HESSIAN_OUT);
-  }
-  for (long first = 0; first < items; first += LANES) {
-    for (long l = 0; l < LANES; ++l) {
-      const long item = min_long(first + l, items - 1), pair = item / N, k = item % N;
-      const long *of = t->pairs + 2 * pair;
-      pair_hessian_gather((double *)in + l, t->states + (of[0] * (N + 1) + k + 1) * NX,
-                          t->states + (of[1] * (N + 1) + k + 1) * NX, t->pair_frames + pair * 4, none,
-                          t->pair_weights + item * PAIR_TERMS);
-    }
-    pair_hessian(in, t->pair_hessian_out + first / LANES * PAIR_HESSIAN_OUT);
-  }
-}
-
-/* Gradient and cost of the terms of leader and pairs in the measured geometry; returns the cost. */
-static double gradient_of_leader_and_pairs(Team *t) {
-  const long N = t->N, items = t->n_pairs * N, stride = t->n * NZS;
-  lanes in[PAIR_GRADIENT_IN > LEADER_GRADIENT_IN ? PAIR_GRADIENT_IN : LEADER_GRADIENT_IN];
-  lanes out[PAIR_GRADIENT_OUT > LEADER_GRADIENT_OUT ? PAIR_GRADIENT_OUT : LEADER_GRADIENT_OUT];
-  double cost = 0.0;
-  for (long e = 0; e < (N + 1) * stride; ++e) t->q[e] = t->q_vehicle[e];
-  for (long first = 0; first < N; first += LANES) {
-    const long filled = min_long(LANES, N - first);
-    for (long l = 0; l < LANES; ++l) {
-      const long k = first + min_long(l, filled - 1);
-      leader_gradient_gather((double *)in + l, t->states + (k + 1) * NX, t->leader_frame,
-                             t->leader_reference + (k + 1) * 4, t->leader_weights + k * LEADER_TERMS);
-    }
-    leader_gradient(in, out);
-    for (long l = 0; l < filled; ++l) {
-      const double *value = (const double *)out + l;
-      double *q = t->q + (first + l + 1) * stride;
-      cost += value[leader_cost_from * LANES];
-      for (long e = 0; e < LEADER_GRADIENT; ++e) q[leader_gradient_to[e]] += value[leader_gradient_from[e] * LANES];
-    }
-  }
-  for (long first = 0; first < items; first += LANES) {
-    const long filled = min_long(LANES, items - first);
-    for (long l = 0; l < LANES; ++l) {
-      const long item = first + min_long(l, filled - 1), pair = item / N, k = item % N;
-      const long *of = t->pairs + 2 * pair;
-      pair_gradient_gather((double *)in + l, t->states + (of[0] * (N + 1) + k + 1) * NX,
-                           t->states + (of[1] * (N + 1) + k + 1) * NX, t->pair_frames + pair * 4,
-                           t->pair_reference + (pair * (N + 1) + k + 1) * 3, t->pair_weights + item * PAIR_TERMS);
-    }
-    pair_gradient(in, out);
-    for (long l = 0; l < filled; ++l) {
-      const long item = first + l, pair = item / N, k = item % N;
-      const long *of = t->pairs + 2 * pair;
-      const double *value = (const double *)out + l;
-      double *q = t->q + (k + 1) * stride;
-      cost += value[pair_cost_from * LANES];
-      for (long e = 0; e < PAIR_GRADIENT; ++e) {
-        const long to = pair_gradient_to[e];
-        q[(to < NX ? of[0] * NZS : of[1] * NZS - NX) + to] += value[pair_gradient_from[e] * LANES];
-      }
-    }
-  }
-  return cost;
-}
-
-/* --- Backward sweep of the matrices ---------------------------------------------------------------------- */
+/* The Riccati recursion (riccati.py): sweeps of the matrices, then of the vectors. */
 
 /* M = D_i' P D_j with D = [A | B_f, 0; 0, 1]: by state, mean thrusts, and what follows before and rotors. */
 static void congruence(const double *P, const double *Ci, const double *Cj, lanes M[NF + NZ - NX][NV / LANES]) {
@@ -395,6 +218,20 @@ static void push_gap(Team *t, long k) {
     }
 }
 
+/* The Hessian of the interior-point method at stage k < N. */
+static void add_barrier(Team *t, long k) {
+  const long nu = t->n * NU;
+  for (long a = 0; a < nu; ++a) t->G_uu[(k * nu + a) * nu + a] += t->bound_weight[k * nu + a];
+  if (k > 0) add_rows(t, k);
+}
+
+/* P_N without soft constraints. */
+static void clear_last_stage(Team *t) {
+  double *last = blocks_of_stage(t, t->N);
+  for (long e = 0; e < t->n * (t->n + 1) / 2 * BLOCK; ++e) last[e] = 0.0;
+  add_leader_and_pairs(t, t->N);
+}
+
 /* Stages k <= last, for the commands that are free now. */
 static int factorize(Team *t, long last) {
   for (long k = last; k >= 0; --k) {
@@ -402,16 +239,10 @@ static int factorize(Team *t, long last) {
     propagate(t, k);
     add_vehicles(t, k);
     if (k > 0) add_leader_and_pairs(t, k);
+    if (t->has_barrier) add_barrier(t, k);
     if (!eliminate(t, k)) return 0;
   }
   return 1;
-}
-
-/* --- Sweeps of the vectors ------------------------------------------------------------------------------- */
-
-static double bound_of(const Team *t, long k, long a, int side) {
-  const double command = t->commands[((a / NU) * t->N + k) * NU + a % NU];
-  return (side > 0 ? t->thrust_max : t->thrust_min) - command;
 }
 
 static void sweep_back(Team *t, long last) {
@@ -503,171 +334,3 @@ static void sweep_forward(Team *t) {
     advance(t, k, dz, du, t->gap + k * n * NX, t->dz + (k + 1) * nz);
   }
 }
-
-/* --- Active set (active_set.py) --------------------------------------------------------------------------- */
-
-#define TOLERANCE 1e-9
-#define ACTIVE_SET_ITERATIONS_MAX 8
-
-static void predict_sides(Team *t) {
-  const long nu = t->n * NU;
-  for (long k = 0; k < t->N; ++k)
-    for (long a = 0; a < nu; ++a)
-      t->side[k * nu + a] = (bound_of(t, k, a, 1) <= TOLERANCE) - (bound_of(t, k, a, -1) >= -TOLERANCE);
-}
-
-/* Correct the guess of the active bounds; returns the last stage that changed, or -1. */
-static long correct_sides(Team *t) {
-  const long nu = t->n * NU;
-  long last = -1;
-  for (long k = 0; k < t->N; ++k)
-    for (long a = 0; a < nu; ++a) {
-      signed char *side = t->side + k * nu + a;
-      const double du = t->du[k * nu + a];
-      const signed char before = *side;
-      if (before) {
-        if (!(t->slope[k * nu + a] * before < 0.0)) *side = 0;
-      } else if (du > bound_of(t, k, a, 1) + TOLERANCE) {
-        *side = 1;
-      } else if (du < bound_of(t, k, a, -1) - TOLERANCE) {
-        *side = -1;
-      }
-      if (*side != before) last = k;
-    }
-  return last;
-}
-
-/* --- Results ----------------------------------------------------------------------------------------------- */
-
-/* [hz; hu] = [Q S'; S R] [z; u] of stage k; u and hu are not used at stage N. */
-static void times_hessian(const Team *t, long k, const double *z, const double *u, double *hz, double *hu) {
-  const long n = t->n;
-  for (long e = 0; e < n * NZS; ++e) hz[e] = 0.0;
-  if (k < t->N)
-    for (long i = 0; i < n; ++i) {
-      const long item = i * t->N + k;
-      const double *value = (const double *)(t->vehicle_out + item / LANES * VEHICLE_OUT) + item % LANES;
-      double in[NZ + NU], out[NZ + NU] = {0.0};
-      for (int a = 0; a < NZ; ++a) in[a] = z[i * NZS + a];
-      for (int a = 0; a < NU; ++a) in[NZ + a] = u[i * NU + a];
-      for (long e = 0; e < VEHICLE_HESSIAN; ++e) {
-        const long a = vehicle_hessian_row[e], b = vehicle_hessian_column[e];
-        const double h = value[vehicle_hessian_from[e] * LANES];
-        out[a] += h * in[b];
-        if (a != b) out[b] += h * in[a];
-      }
-      for (int a = 0; a < NZ; ++a) hz[i * NZS + a] = out[a];
-      for (int a = 0; a < NU; ++a) hu[i * NU + a] = out[NZ + a];
-    }
-  if (k > 0) {
-    const double *leader =
-        (const double *)(t->leader_hessian_out + (k - 1) / LANES * LEADER_HESSIAN_OUT) + (k - 1) % LANES;
-    for (long e = 0; e < LEADER_HESSIAN; ++e) {
-      const long a = leader_hessian_row[e], b = leader_hessian_column[e];
-      const double h = leader[leader_hessian_from[e] * LANES];
-      hz[a] += h * z[b];
-      if (a != b) hz[b] += h * z[a];
-    }
-    for (long pair = 0; pair < t->n_pairs; ++pair) {
-      const long item = pair * t->N + k - 1, i = t->pairs[2 * pair] * NZS, j = t->pairs[2 * pair + 1] * NZS - NX;
-      const double *value = (const double *)(t->pair_hessian_out + item / LANES * PAIR_HESSIAN_OUT) + item % LANES;
-      for (long e = 0; e < PAIR_HESSIAN; ++e) {
-        const long a = pair_hessian_row[e] + (pair_hessian_row[e] < NX ? i : j);
-        const long b = pair_hessian_column[e] + (pair_hessian_column[e] < NX ? i : j);
-        const double h = value[pair_hessian_from[e] * LANES];
-        hz[a] += h * z[b];
-        if (a != b) hz[b] += h * z[a];
-      }
-    }
-  }
-}
-
-/* Objective, KKT value and number of active bounds of the minimiser (reference.py). */
-static void assess(Team *t, double constant) {
-  const long n = t->n, N = t->N, nz = n * NZS, nu = n * NU;
-  double objective = constant, change = 0.0, on_bounds = 0.0;
-  double hz[nz], hu[nu], still[nu], costate[nz], free_response[(N + 1) * nz];
-  t->active = 0;
-  for (long e = 0; e < nu; ++e) still[e] = 0.0;
-  for (long e = 0; e < nz; ++e) free_response[e] = t->dz0[e];
-  for (long k = 0; k < N; ++k)
-    advance(t, k, free_response + k * nz, still, t->gap + k * n * NX, free_response + (k + 1) * nz);
-  for (long k = N; k >= 0; --k) {
-    const double *dz = t->dz + k * nz, *q = t->q + k * nz, *z = free_response + k * nz;
-    if (k < N) {
-      const double *du = t->du + k * nu, *r = t->r + k * nu, *slope = t->slope + k * nu;
-      times_hessian(t, k, dz, du, hz, hu);
-      for (long e = 0; e < nu; ++e) {
-        objective += (r[e] + 0.5 * hu[e]) * du[e];
-        on_bounds += slope[e] * du[e] < 0.0 ? -slope[e] * du[e] : slope[e] * du[e];
-        t->active += t->side[k * nu + e] != 0;
-      }
-    } else {
-      times_hessian(t, k, dz, 0, hz, hu);
-    }
-    for (long e = 0; e < nz; ++e) objective += (q[e] + 0.5 * hz[e]) * dz[e];
-    /* The gradient at du = 0, where the states follow the dynamics freely. */
-    times_hessian(t, k, z, still, hz, hu);
-    if (k < N) {
-      const double *du = t->du + k * nu, *r = t->r + k * nu;
-      for (long i = 0; i < n; ++i) {
-        const double *C = t->core + (i * N + k) * NX * NF;
-        double row[NV] = {0.0}, by_z[NZS], by_u[NU];
-        for (int a = 0; a < NX; ++a)
-          for (int b = 0; b < NF; ++b) row[b] += costate[i * NZS + a] * C[a * NF + b];
-        for (int b = 0; b < NZ - NX; ++b) row[NF + b] = costate[i * NZS + NX + b];
-        by_stage(t, row, by_z, by_u);
-        for (int a = 0; a < NU; ++a) change += (r[i * NU + a] + hu[i * NU + a] + by_u[a]) * du[i * NU + a];
-        for (int a = 0; a < NZS; ++a) costate[i * NZS + a] = by_z[a] + q[i * NZS + a] + hz[i * NZS + a];
-      }
-    } else {
-      for (long e = 0; e < nz; ++e) costate[e] = q[e] + hz[e];
-    }
-  }
-  t->objective = objective;
-  t->kkt = (change < 0.0 ? -change : change) + on_bounds;
-}
-
-/* --- The two phases ---------------------------------------------------------------------------------------- */
-
-enum { SOLVED = 0, NOT_FINITE = 1, UNSETTLED = 2 };
-
-int prepare(Team *t) {
-  linearize_vehicles(t);
-  linearize_leader_and_pairs(t);
-  predict_sides(t);
-  double *last = blocks_of_stage(t, t->N);
-  for (long e = 0; e < t->n * (t->n + 1) / 2 * BLOCK; ++e) last[e] = 0.0;
-  add_leader_and_pairs(t, t->N);
-  t->corrected = 0;
-  return factorize(t, t->N - 1) ? SOLVED : NOT_FINITE;
-}
-
-int feedback(Team *t) {
-  const long nz = t->n * NZS;
-  const double cost = gradient_of_leader_and_pairs(t);
-  double finite = cost;
-  for (long e = 0; e < nz; ++e) finite += t->dz0[e];
-  if (!__builtin_isfinite(finite)) return NOT_FINITE;
-  if (t->corrected) {
-    predict_sides(t);
-    if (!factorize(t, t->N - 1)) return NOT_FINITE;
-    t->corrected = 0;
-  }
-  for (long e = 0; e < nz; ++e) t->p[t->N * nz + e] = t->q[t->N * nz + e];
-  long last = t->N - 1;
-  for (t->iterations = 1; t->iterations <= ACTIVE_SET_ITERATIONS_MAX; ++t->iterations) {
-    sweep_back(t, last);
-    sweep_forward(t);
-    last = correct_sides(t);
-    if (last < 0) {
-      assess(t, t->vehicle_cost + cost);
-      return __builtin_isfinite(t->kkt) && __builtin_isfinite(t->objective) ? SOLVED : NOT_FINITE;
-    }
-    t->corrected = 1;
-    if (!factorize(t, last)) return NOT_FINITE;
-  }
-  return UNSETTLED;
-}
-
-const long team_sizes[] = {VEHICLE_OUT, LEADER_HESSIAN_OUT, PAIR_HESSIAN_OUT, VEHICLE_TERMS, LEADER_TERMS, PAIR_TERMS, NZS, NF};
