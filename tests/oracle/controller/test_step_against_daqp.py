@@ -1,4 +1,4 @@
-"""Steps of recorded flights, against DAQP on a QP that this test condenses itself."""
+"""Steps of recorded flights with many active bounds, against DAQP on a QP that this test condenses itself."""
 
 from dataclasses import dataclass
 
@@ -14,6 +14,8 @@ from relform_controller.ocp.terms.registry import TERMS
 from relform_controller.solver.make import make_solver
 from relform_core.arrays import Array
 
+CHEAP_EFFORT = ("controller.weights.acceleration_per_m2_s4=0.001", "controller.weights.torque_per_n2_m2=5")
+"""Overrides with which noise drives the thrusts to their bounds."""
 TURN = 6.0
 """When the agile turn begins [s]."""
 
@@ -79,6 +81,19 @@ class Condenser:
         assert flag == 1
         first = instance.guess.thrusts[:, 0]
         return first + (scale * x)[: first.size].reshape(first.shape)
+
+
+@pytest.mark.parametrize(("n_vehicles", "n_instances", "active_max"), [(3, 200, 30), (8, 10, 50)])
+def test_first_inputs_with_many_active_bounds(n_vehicles: int, n_instances: int, active_max: int) -> None:
+    stream = record(scenario_of(n_vehicles, "paper", CHEAP_EFFORT), n_instances, TURN)
+    assert len(stream.instances) == n_instances
+    active = [instance.active_bounds for instance in stream.instances]
+    assert max(active) > active_max
+    condenser, solver = Condenser(stream.ocp), make_solver(stream.ocp)
+    for instance in stream.instances:
+        solver.prepare(instance.guess, instance.geometry)
+        step = solver.feedback(instance.start, instance.geometry, instance.reference)
+        np.testing.assert_allclose(step.plan.thrusts[:, 0], condenser.first_inputs(instance), rtol=1e-6)
 
 
 @pytest.mark.parametrize("controller", ["retuned", "team"])
