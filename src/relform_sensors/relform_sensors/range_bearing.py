@@ -8,6 +8,7 @@ import numpy as np
 from relform_core.arrays import Array
 from relform_core.events_config import Occlusion, Outliers
 from relform_core.measurements import Odometry
+from relform_core.schema import Vector3
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearingConfig, RangeBearings
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sensors.model import Carrier, Read
@@ -47,32 +48,38 @@ class RangeBearingSensor:
         time = observer.stamp_ns / NANOSECONDS_PER_SECOND
         outlier = next((event for event in self._outliers if event.active(time)), None)
         hidden = {event.hidden for event in self._occlusions if event.active(time)}
-        R_NB = rotation_matrix(observer.q_NB)
+        R_BN = rotation_matrix(observer.q_NB).T
         by_target = {}
         for target in self._targets:
             # Body {t} of the target relative to body {b} of the observer.
-            p_BT_B = R_NB.T @ (ground_truth[target].p_NB_N - observer.p_NB_N)
+            p_BT_B = R_BN @ (ground_truth[target].p_NB_N - observer.p_NB_N)
             measured = self._read_target(target, p_BT_B, outlier)
             if measured is not None and target not in hidden:
                 by_target[target] = measured
         return RangeBearings(observer.stamp_ns, by_target)
 
     def _read_target(self, target: str, p_BT_B: Array, outlier: Outliers | None) -> RangeBearing | None:
-        dropout_draw, outlier_draw = self._generator.uniform(size=2)
-        noise, outlier_noise = self._generator.standard_normal((2, 3))
+        dropout_draw, outlier_draw = self._generator.random(2).tolist()
+        noise, outlier_noise = self._generator.standard_normal((2, 3)).tolist()
 
         truth = _spherical(p_BT_B)
         if not self._in_view(*truth) or dropout_draw < self._config.dropout_probability:
             return None
         std = self._std(truth[0], truth[2])
         if outlier is not None and outlier_draw < outlier.probability:
-            std = np.array([outlier.range_std, outlier.bearing_std, outlier.bearing_std])
+            std = outlier.range_std, outlier.bearing_std, outlier.bearing_std
             noise = outlier_noise
-        distance, azimuth, elevation = (truth + std * noise).tolist()
-        distance = abs(distance)
-        azimuth, elevation = _principal(azimuth, elevation)
+        distance = abs(truth[0] + std[0] * noise[0])
+        azimuth, elevation = _principal(truth[1] + std[1] * noise[1], truth[2] + std[2] * noise[2])
         # The sensor knows neither the truth nor whether this is an outlier.
-        covariance = np.diag(self._std(distance, elevation) ** 2)
+        of_range, of_azimuth, of_elevation = self._std(distance, elevation)
+        covariance = np.array(
+            [
+                [of_range * of_range, 0.0, 0.0],
+                [0.0, of_azimuth * of_azimuth, 0.0],
+                [0.0, 0.0, of_elevation * of_elevation],
+            ]
+        )
         return RangeBearing(target, distance, azimuth, elevation, covariance)
 
     def _in_view(self, distance: float, azimuth: float, elevation: float) -> bool:
@@ -80,12 +87,10 @@ class RangeBearingSensor:
             sector.contains(azimuth, elevation) for sector in self._config.sectors
         )
 
-    def _std(self, distance: float, elevation: float) -> Array:
-        """Standard deviations of range [m], azimuth and elevation [rad], shape (3,)."""
+    def _std(self, distance: float, elevation: float) -> Vector3:
+        """Standard deviations of range [m], azimuth and elevation [rad]."""
         across = self._config.position_std
-        return np.array(
-            [across, _angle_std(across, distance * math.cos(elevation)), _angle_std(across, distance)]
-        )
+        return across, _angle_std(across, distance * math.cos(elevation)), _angle_std(across, distance)
 
 
 def mount(config: RangeBearingConfig, generator: np.random.Generator, carrier: Carrier) -> Read:
@@ -97,11 +102,11 @@ def mount(config: RangeBearingConfig, generator: np.random.Generator, carrier: C
     return lambda scene: sensor.read(scene.ground_truth)
 
 
-def _spherical(p_BT_B: Array) -> Array:
-    """Range, azimuth, elevation of a relative position, shapes (3,)."""
+def _spherical(p_BT_B: Array) -> Vector3:
+    """Range, azimuth and elevation of a relative position, shape (3,)."""
     x, y, z = p_BT_B.tolist()
     horizontal = math.hypot(x, y)
-    return np.array([math.hypot(horizontal, z), math.atan2(y, x), math.atan2(z, horizontal)])
+    return math.hypot(horizontal, z), math.atan2(y, x), math.atan2(z, horizontal)
 
 
 def _angle_std(across: float, arm: float) -> float:

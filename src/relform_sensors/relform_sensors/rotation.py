@@ -23,9 +23,10 @@ def quaternion_product(q_AB: Array, q_BC: Array) -> Array:
 
 def quaternion_from_rotation_vector(rotation: Array) -> Array:
     """Quaternion, shape (4,), of a rotation vector (axis times angle [rad]), shape (3,)."""
-    half_angle = 0.5 * float(np.linalg.norm(rotation))
-    sine_per_angle = 0.5 * float(np.sinc(half_angle / math.pi))  # numpy's sinc(x) is sin(pi x) / (pi x)
-    return np.array([*(sine_per_angle * rotation), math.cos(half_angle)])
+    half_angle = 0.5 * math.sqrt(rotation.dot(rotation))
+    x = math.pi * (half_angle / math.pi)  # rounded as in numpy.sinc, without its overhead
+    sine_per_angle = 0.5 * (float(np.sin(x)) / x) if x > 0.0 else 0.5
+    return np.array([*(sine_per_angle * each for each in rotation.tolist()), math.cos(half_angle)])
 
 
 def quaternion_from_yaw(yaw: float) -> Array:

@@ -3,8 +3,6 @@
 import math
 from collections.abc import Mapping
 
-import numpy as np
-
 from relform_core.measurements import Odometry
 from relform_core.vehicle_config import VehicleConfig
 
@@ -15,16 +13,20 @@ def find_fault(config: VehicleConfig, name: str, ground_truth: Mapping[str, Odom
     Ground contact is that of the body origin: the collision radius is that of the rotor plane.
     """
     own = ground_truth[name]
-    if not all(np.isfinite(part).all() for part in (own.p_NB_N, own.q_NB, own.v_NB_B, own.w_NB_B)):
+    own_state = (own.p_NB_N, own.q_NB, own.v_NB_B, own.w_NB_B)
+    if not all(math.isfinite(value) for part in own_state for value in part.tolist()):
         return f"{name} has a state that is not finite: the simulation diverged"
+    p_NB_N = own.p_NB_N.tolist()
     distances = {
-        other: math.dist(own.p_NB_N, state.p_NB_N) for other, state in ground_truth.items() if other != name
+        other: math.dist(p_NB_N, state.p_NB_N.tolist())
+        for other, state in ground_truth.items()
+        if other != name
     }
     nearest = min(distances, key=distances.__getitem__)
     if (apart := distances[nearest]) < config.separation_min:
         needed = f"at least {config.separation_min:g} m are needed"
         return f"{name} collided with {nearest} ({apart:.3f} m apart, {needed})"
-    if (height := float(own.p_NB_N[2])) <= 0.0:
+    if (height := p_NB_N[2]) <= 0.0:
         return f"{name} touched the ground (at a height of {height:.2f} m, above 0 is needed)"
     if (tilt := _tilt(own)) > config.tilt_max:
         limit = math.degrees(config.tilt_max)

@@ -28,4 +28,4 @@ class Loss:
         """Draw whether the message of this time [s] is lost."""
         acting = [self._probability, *(event.probability for event in self._events if event.active(time))]
         arrives = math.prod(1.0 - probability for probability in acting)
-        return bool(self._generator.uniform() >= arrives)
+        return bool(self._generator.random() >= arrives)

@@ -49,8 +49,11 @@ class Vehicle:
             raise FlightError(f"'{name}' is not in the team, known are {', '.join(config.team.vehicles)}")
         index = config.team.vehicles.index(name)
         self._config = config
+        self._period_ns = config.period_ns
+        self._acknowledges_commands = config.acknowledges_commands
         self._limits = config.vehicle
         self._name = name
+        self._vehicles = config.team.vehicles
         self._step = -1
         """Last step advanced to."""
         self._readings = VehicleMeasurements({})
@@ -115,9 +118,9 @@ class Vehicle:
         for sensor in self._carried:
             for measurement in self._readings.arrived(sensor):
                 self._link.up.send(stamp_ns, (sensor, measurement))
-        if self._applied and self._config.acknowledges_commands:
+        if self._applied and self._acknowledges_commands:
             report = AppliedRotorSpeeds(
-                stamp_ns, self._config.period_ns, np.array(self._applied), self._onboard.flown_stamp_ns
+                stamp_ns, self._period_ns, np.array(self._applied), self._onboard.flown_stamp_ns
             )
             self._link.up.send(stamp_ns, (APPLIED_ROTOR_SPEEDS, report))
         return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
@@ -151,14 +154,15 @@ class Vehicle:
     def _check_instant(self, step: int, ground_truth: Mapping[str, Odometry]) -> None:
         if step != self._step:
             raise FlightError(f"{self._name}: asked about step {step}, but it is at step {self._step}")
-        for name in self._config.team.vehicles:
+        now_ns = self._stamp_ns(step)
+        for name in self._vehicles:
             if name not in ground_truth:
                 raise FlightError(f"{self._name}: ground truth of {name} is missing in step {step}")
-            if (stamp_ns := ground_truth[name].stamp_ns) != self._stamp_ns(step):
+            if (stamp_ns := ground_truth[name].stamp_ns) != now_ns:
                 raise FlightError(
                     f"{self._name}: ground truth of {name} is stamped {stamp_ns} ns, "
-                    f"step {step} is at {self._stamp_ns(step)} ns"
+                    f"step {step} is at {now_ns} ns"
                 )
 
     def _stamp_ns(self, step: int) -> int:
-        return step * self._config.period_ns
+        return step * self._period_ns
