@@ -75,6 +75,8 @@ class FormationController:
         self._ocp = dataclasses.replace(
             Ocp.from_config(config), is_disturbed=self._estimator.estimates_disturbances
         )
+        self._pair_names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
+        """Observer and target of every pair."""
         self._predict = predictor(self._ocp)
         self._solver = ModifiedRti(
             self._ocp,
@@ -217,8 +219,9 @@ class FormationController:
         speeds = np.sqrt(plan.thrusts[:, self._stage_of_interval] / self._thrust_coefficient)
         start_ns = measurements.arrival_ns + self._lead_ns
         leader, formation = asked.leader, asked.p_B1B2_C1__target
-        names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
+        names = self._pair_names
         geometry, covariances = estimate.geometry, estimate.covariances
+        yaws, yaw_variances = geometry.yaw_I1I2.tolist(), estimate.yaw_variances.tolist()
         yaw_variance_max = self._config.relative_yaw_std_max**2
         return Decision(
             step=measurements.step,
@@ -237,10 +240,10 @@ class FormationController:
                         # {mi} and {mc} coincide at the start of the horizon.
                         p_B1B2_C1__est=geometry.p_I1I2_I1[pair],
                         p_B1B2_C1__ref=formation[pair],
-                        yaw_I1I2=float(geometry.yaw_I1I2[pair]),
-                        yaw_variance=float(estimate.yaw_variances[pair]),
+                        yaw_I1I2=yaws[pair],
+                        yaw_variance=yaw_variances[pair],
                         yaw_held=estimate.yaw_held[pair],
-                        yaw_singular=bool(estimate.yaw_variances[pair] > yaw_variance_max),
+                        yaw_singular=yaw_variances[pair] > yaw_variance_max,
                         covariance=None if covariances is None else covariances.pairs[pair],
                     )
                     for pair, (observer, target) in enumerate(names)

@@ -94,17 +94,19 @@ class FlightLogBuilder:
         row["leader_p_NB_N__ref"] = asked.p_NB_N
         row["leader_v_NB_N__ref"] = asked.v_NB_N
         row["leader_yaw__ref"] = asked.yaw_NB
+        formation = row["p_BB_C__ref"]
         for (observer, target), position in asked.formation.items():
-            row["p_BB_C__ref"][self._index[observer], self._index[target]] = position
+            formation[self._index[observer], self._index[target]] = position
 
     def add_state(self, state: PerStep[TeamState]) -> None:
         """Take the team as the controller sees it."""
         row = self._steps.at(state.stamp_ns)
+        places, yaws, yaw_variances = row["p_BB_C__est"], row["yaw_BB__est"], row["yaw_variance"]
         for pair in state.value.pairs:
             index = self._index[pair.observer], self._index[pair.target]
-            row["p_BB_C__est"][index] = pair.p_B1B2_C1__est
-            row["yaw_BB__est"][index] = pair.yaw_I1I2
-            row["yaw_variance"][index] = pair.yaw_variance
+            places[index] = pair.p_B1B2_C1__est
+            yaws[index] = pair.yaw_I1I2
+            yaw_variances[index] = pair.yaw_variance
             scored = self._scored.get((pair.observer, pair.target))
             if scored is not None and pair.covariance is not None:
                 row["pair_covariance"][scored] = pair.covariance

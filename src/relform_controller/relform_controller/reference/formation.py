@@ -27,8 +27,7 @@ class FormationSchedule:
 
     def __init__(self, config: ScenarioConfig) -> None:
         self._config = config
-        self._pairs = ordered_pairs(len(config.team.vehicles))
-        self._observers = np.array([i for i, _ in self._pairs], dtype=np.intp)
+        self._observers, self._targets = np.array(ordered_pairs(len(config.team.vehicles))).T
         self._changes = FormationChanges(config)
         self.by_follower: Mapping[str, Vector3] = config.formations[config.phases[0].formation]
         """The present formation: position of each follower relative to the leader [m]."""
@@ -143,4 +142,5 @@ class FormationSchedule:
 
     def _of_pairs(self, by_vehicle: Array) -> Array:
         """Target minus observer, shape (pair, 3)."""
-        return np.array([by_vehicle[j] - by_vehicle[i] for i, j in self._pairs])
+        relative: Array = by_vehicle[self._targets] - by_vehicle[self._observers]
+        return relative
