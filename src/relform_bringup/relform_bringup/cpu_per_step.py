@@ -137,7 +137,7 @@ def _print_table(scenario: LoadedScenario, meters: Sequence[Meter]) -> None:
 
 def _parser() -> CommandParser:
     parser = CommandParser(
-        prog="bench_ros.py",
+        prog="bench_ros",
         description="Measure the CPU time of a control step over ROS, process by process.",
     )
     parser.add_argument("--scenario", default="paper", metavar="FILE", help="path or plain name (paper)")

@@ -13,7 +13,7 @@ from relform_bags.reader import BagMessage, read_bag
 from relform_core.errors import BagError
 from support.bags import TOPICS, random_message, typestore
 
-SHORT_FLIGHT = Path(__file__).parents[2] / "data/short_flight"
+OLDER_FLIGHT = Path(__file__).parents[2] / "data/older_flight"
 STATE = "relform_msgs/msg/FormationState"
 PARTS = ("std_msgs/Header", "builtin_interfaces/Time", "geometry_msgs/Vector3")
 OLD_STATE = "std_msgs/Header header\nPairState[] pairs\nstring weather\nfloat64 leader_yaw_error\n"
@@ -107,10 +107,10 @@ def test_definition_that_does_not_help_is_one_line(definition: str) -> None:
 
 def test_flight_that_an_older_version_recorded() -> None:
     states = [
-        entry for entry in read_bag(SHORT_FLIGHT, {"/formation/state"}) if isinstance(entry, BagMessage)
+        entry for entry in read_bag(OLDER_FLIGHT, {"/formation/state"}) if isinstance(entry, BagMessage)
     ]
     assert not any(map(has_installed_definition, states))
-    log = read_flight_log(SHORT_FLIGHT)
+    log = read_flight_log(OLDER_FLIGHT)
     assert len(log.phase) == len(states) == 40
     others = ~np.eye(3, dtype=bool)
     assert np.isfinite(log.p_BB_C__est[:, others]).all()
