@@ -35,5 +35,10 @@ setup(
     ],
     install_requires=["setuptools"],
     zip_safe=False,
-    entry_points={"console_scripts": ["fly = relform_bringup.command:main"]},
+    entry_points={
+        "console_scripts": [
+            "bench_ros = relform_bringup.cpu_per_step:main",
+            "fly = relform_bringup.command:main",
+        ]
+    },
 )

@@ -15,7 +15,8 @@ EXECUTABLES: dict[str, EntryPoint] = {
 }
 NODES = ("clock", "controller", "leader", "player", "quadrotor", "recorder")
 COMMANDS = (
-    "accuracy", "bench", "bound", "check_playback", "fly", "foxglove", "paper", "record", "replay", "report",
+    "accuracy", "bench", "bench_ros", "bench_solver", "bound", "check_playback", "fly", "foxglove",
+    "paper", "record", "replay", "report",
     "sweep",
 )  # fmt: skip
 
