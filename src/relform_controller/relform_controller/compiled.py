@@ -1,6 +1,6 @@
 """CasADi functions, compiled by the machine's C compiler and evaluated for many items at once."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -47,23 +47,17 @@ class Kernel:
         return self._outputs
 
 
-def compiled(functions: Sequence[tuple[ca.Function, int]]) -> Mapping[str, Kernel]:
-    """The functions as kernels, by name; each comes with its number of items.
-
-    Without a C compiler CasADi interprets them.
+def compiled(function: ca.Function, n_items: int) -> Kernel:
+    """The function as a kernel. Without a C compiler CasADi interprets it.
 
     Raises:
         RelformError: the compiler fails, or its result cannot be kept.
     """
     try:
-        return _compiled(functions)
+        library = shared_library(generated_c([_mapped(function, n_items)]))
     except NoCompilerError:
-        return {f.name(): Kernel.interpreted(f, n_items) for f, n_items in functions}
-
-
-def _compiled(functions: Sequence[tuple[ca.Function, int]]) -> Mapping[str, Kernel]:
-    library = shared_library(generated_c([_mapped(function, n_items) for function, n_items in functions]))
-    return {f.name(): Kernel(ca.external(f.name(), str(library)), n_items) for f, n_items in functions}
+        return Kernel.interpreted(function, n_items)
+    return Kernel(ca.external(function.name(), str(library)), n_items)
 
 
 def _mapped(function: ca.Function, n_items: int) -> ca.Function:

@@ -16,7 +16,6 @@ class _TimedLibrary:
     def __init__(self, library: ctypes.CDLL) -> None:
         self._library = library
         self.times = {"prepare": 0.0, "feedback": 0.0}
-        self.status = 0
 
     def prepare(self, team: Any) -> int:
         return self._call("prepare", team)
@@ -27,9 +26,9 @@ class _TimedLibrary:
     def _call(self, name: str, team: Any) -> int:
         function = getattr(self._library, name)
         begin = time.perf_counter()
-        self.status = function(team)
+        status: int = function(team)
         self.times[name] = time.perf_counter() - begin
-        return self.status
+        return status
 
 
 class TimedKernelSolver(KernelSolver):
@@ -47,7 +46,7 @@ class TimedKernelSolver(KernelSolver):
         self._library = cast(ctypes.CDLL, self._timed)
         self.prepare_times: list[float] = []
         self.feedback_times: list[float] = []
-        """Inside the C code [s]. If a step needs the fallback, its time counts."""
+        """Inside the C code [s]."""
         self.whole_times: list[float] = []
         """Of every `prepare` and `feedback`, with the Python around the C code [s]."""
 
@@ -62,7 +61,6 @@ class TimedKernelSolver(KernelSolver):
         """See ``Solver``."""
         begin = time.perf_counter()
         step = super().feedback(start, geometry, reference)
-        whole = time.perf_counter() - begin
-        self.whole_times.append(whole)
-        self.feedback_times.append(whole if self._timed.status else self._timed.times["feedback"])
+        self.whole_times.append(time.perf_counter() - begin)
+        self.feedback_times.append(self._timed.times["feedback"])
         return step

@@ -35,32 +35,19 @@ typedef struct {
 } Row;
 
 static Row row_of(const Team *t, long k, long m) {
-  const long *of = t->rows + 3 * m;
-  Row row = {0};
-#if VEHICLE_ROWS
-  if (of[0] == 0) {
-    const long item = of[1] * t->N + k, begin = vehicle_rows_begin[of[2]];
-    row.values = (const double *)(t->vehicle_rows_out + item / LANES * VEHICLE_ROWS_OUT) + item % LANES;
-    row.value_from = vehicle_rows_value[of[2]];
-    row.n_slopes = vehicle_rows_begin[of[2] + 1] - begin;
-    row.from = vehicle_rows_from + begin;
-    row.column = vehicle_rows_column + begin;
-    row.first = of[1] * NZS;
-  }
-#endif
-#if PAIR_ROWS
-  if (of[0] == 1) {
-    const long item = of[1] * t->N + k, begin = pair_rows_begin[of[2]];
-    row.values = (const double *)(t->pair_rows_out + item / LANES * PAIR_ROWS_OUT) + item % LANES;
-    row.value_from = pair_rows_value[of[2]];
-    row.n_slopes = pair_rows_begin[of[2] + 1] - begin;
-    row.from = pair_rows_from + begin;
-    row.column = pair_rows_column + begin;
-    row.first = t->pairs[2 * of[1]] * NZS;
-    row.second = t->pairs[2 * of[1] + 1] * NZS - NX;
-  }
-#endif
-  return row;
+  const long of_pair = t->rows[3 * m], item = t->rows[3 * m + 1], number = t->rows[3 * m + 2];
+  const RowTables *tables = of_pair ? &pair_row_tables : &vehicle_row_tables;
+  const lanes *out = of_pair ? t->pair_rows_out : t->vehicle_rows_out;
+  const long place = item * t->N + k, begin = tables->begin[number];
+  return (Row){
+      .values = (const double *)(out + place / LANES * tables->n_out) + place % LANES,
+      .value_from = tables->value[number],
+      .n_slopes = tables->begin[number + 1] - begin,
+      .from = tables->from + begin,
+      .column = tables->column + begin,
+      .first = (of_pair ? t->pairs[2 * item] : item) * NZS,
+      .second = of_pair ? t->pairs[2 * item + 1] * NZS - NX : 0,
+  };
 }
 
 static double constant_of(const Row *row) { return row->values[row->value_from * LANES]; }

@@ -9,7 +9,15 @@ from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, 
 from relform_controller.ocp.terms.term import Terms
 from relform_controller.solver.kernel_code import kernel_code
 from relform_controller.solver.kernel_team import KernelTeam
-from relform_controller.solver.linearization import disturbances, row_prices, rows_of_pairs, vehicle_frames
+from relform_controller.solver.linearization import (
+    disturbances,
+    leader_frame,
+    pair_frames,
+    row_prices,
+    rows_of_pairs,
+    term_weights,
+    vehicle_frames,
+)
 from relform_controller.solver.solver import QpError, SqpStep
 from relform_controller.solver.stages import BEFORE, ROTORS, STATE
 from relform_core.controller_config import WeightsConfig
@@ -44,14 +52,10 @@ class KernelSolver:
 
     def set_weights(self, weights: WeightsConfig) -> None:
         """See ``Solver``."""
-        ocp, terms, team = self._ocp, self._terms, self._team
-        last = np.ones(ocp.n_stages)
-        last[-1] = weights.terminal_scale
-        team["vehicle_weights"][...] = [term.weight(ocp, weights) for term in terms.vehicle]
-        team["leader_weights"][...] = np.outer(last, [term.weight(ocp, weights) for term in terms.leader])
-        for pair, (i, j) in enumerate(ocp.pairs):
-            of_pair = [term.weight(ocp, weights, i, j) for term in terms.pair]
-            team["pair_weights"][pair] = np.outer(last, of_pair)
+        of_terms, team = term_weights(self._ocp, self._terms, weights), self._team
+        team["vehicle_weights"][...] = of_terms.vehicle
+        team["leader_weights"][...] = of_terms.leader
+        team["pair_weights"][...] = of_terms.pair
         self._guess = None
 
     def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
@@ -61,11 +65,8 @@ class KernelSolver:
         team["states"][...] = guess.states
         team["commands"][...] = guess.thrusts
         if ocp.rotors_may_lag:
-            rotors, thrusts = team["rotors"], guess.rotors.thrusts
-            rotors[:, 0] = thrusts
-            for stage in range(ocp.n_stages):
-                thrusts = lag.after(thrusts, guess.thrusts[:, stage], ocp.stage)
-                rotors[:, stage + 1] = thrusts
+            for stage, rotors in enumerate(guess.rotors_by_stage(ocp.stage)):
+                team["rotors"][:, stage] = rotors.thrusts
         team["disturbances"][...] = disturbances(ocp, geometry)
         self._place(geometry)
         team.structure.memory, team.structure.decay = lag.memory(ocp.stage), lag.decay(ocp.stage)
@@ -106,6 +107,9 @@ class KernelSolver:
 
     def _place(self, geometry: TeamGeometry) -> None:
         """Where the {mi} frames lie."""
-        team = self._team
-        team["vehicle_frames"][...] = vehicle_frames(self._ocp, geometry)
-        team["pair_frames"][:, :3], team["pair_frames"][:, 3] = geometry.p_I1I2_I1, geometry.yaw_I1I2
+        frames = self._team["vehicle_frames"]
+        if self._ocp.constraints.vehicle:
+            frames[...] = vehicle_frames(self._ocp, geometry)
+        else:  # nothing asks where the followers are in the world
+            frames[0] = leader_frame(geometry)
+        self._team["pair_frames"][...] = pair_frames(geometry)

@@ -21,6 +21,12 @@ _FILES = (
     "step.c",
 )
 
+_ROW_TABLES = """typedef struct {
+  long n_out;
+  const short *value, *begin, *from, *column;
+} RowTables;
+"""
+
 
 @dataclass(frozen=True)
 class KernelCode:
@@ -39,8 +45,12 @@ def kernel_code(ocp: Ocp, terms: Terms) -> KernelCode:
     leader_gradient = lane_function(functions.leader_gradient)
     pair_hessian = lane_function(functions.pair_hessian)
     pair_gradient = lane_function(functions.pair_gradient)
-    rows = [lane_function(each) for each in (functions.vehicle_rows, functions.pair_rows) if each is not None]
-    all_functions = (vehicle, leader_hessian, leader_gradient, pair_hessian, pair_gradient, *rows)
+    rows = {
+        name: None if function is None else lane_function(function)
+        for name, function in (("vehicle", functions.vehicle_rows), ("pair", functions.pair_rows))
+    }
+    of_rows = [function for function in rows.values() if function is not None]
+    all_functions = (vehicle, leader_hessian, leader_gradient, pair_hessian, pair_gradient, *of_rows)
     n_rows = {"vehicle": len(ocp.constraints.vehicle), "pair": len(ocp.constraints.pair)}
     source = "".join(
         [
@@ -52,7 +62,8 @@ def kernel_code(ocp: Ocp, terms: Terms) -> KernelCode:
             _vehicle_tables(vehicle),
             _cost_tables("leader", _Output(leader_gradient, 0), _Output(leader_gradient, 1), leader_hessian),
             _cost_tables("pair", _Output(pair_gradient, 0), _Output(pair_gradient, 1), pair_hessian),
-            *map(_row_tables, rows),
+            _ROW_TABLES,
+            *(_row_tables(name, function) for name, function in rows.items()),
             c_structure(),
             *map(_read, _FILES),
         ]
@@ -114,18 +125,25 @@ def _cost_tables(
     )
 
 
-def _row_tables(function: LaneFunction) -> str:
+def _row_tables(name: str, function: LaneFunction | None) -> str:
     """The value of each soft constraint, and its slopes, one constraint after the other."""
+    if function is None:
+        return f"static const RowTables {name}_row_tables = {{0}};\n"
     value, slopes = _Output(function, 0), _Output(function, 1)
     by_row: list[list[tuple[int, int]]] = [[] for _ in value.numbers]
     for number, (row, column) in zip(slopes.numbers, slopes.places, strict=True):
         by_row[row].append((number, column))
     in_order = [slope for row in by_row for slope in row]
+    tables = {
+        "value": value.numbers,
+        "begin": [sum(map(len, by_row[:row])) for row in range(len(by_row) + 1)],
+        "from": [number for number, _ in in_order],
+        "column": [column for _, column in in_order],
+    }
+    members = ", ".join(f"{name}_rows_{member}" for member in tables)
     return (
-        _table(f"{function.name}_value", value.numbers)
-        + _table(f"{function.name}_begin", (sum(map(len, by_row[:row])) for row in range(len(by_row) + 1)))
-        + _table(f"{function.name}_from", (number for number, _ in in_order))
-        + _table(f"{function.name}_column", (column for _, column in in_order))
+        "".join(_table(f"{name}_rows_{member}", values) for member, values in tables.items())
+        + f"static const RowTables {name}_row_tables = {{{len(function.outputs)}, {members}}};\n"
     )
 
 

@@ -1,6 +1,7 @@
 """The quadratic program of a guess, in NumPy, from the functions of a stage (``stages``)."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -48,15 +49,11 @@ class Linearization:
 
     def set_weights(self, weights: WeightsConfig) -> None:
         """Change the weights of the terms."""
-        ocp, terms = self._ocp, self._terms
-        self._vehicle_weights = np.array([term.weight(ocp, weights) for term in terms.vehicle])
-        leader = np.array([[term.weight(ocp, weights) for term in terms.leader]])
-        pairs = np.array([[term.weight(ocp, weights, i, j) for term in terms.pair] for i, j in ocp.pairs])
-        last = np.where(np.arange(1, ocp.n_stages + 1) == ocp.n_stages, weights.terminal_scale, 1.0)
-        self._leader_weights, self._pair_weights = (last[:, None] * of[:, None] for of in (leader, pairs))
+        self._weights = term_weights(self._ocp, self._terms, weights)
 
     def prepare(self, guess: Plan, geometry: TeamGeometry) -> TeamQp:
-        """All but the gradients of the terms of leader and pairs, which wait for the measurement."""
+        """All but the gradients of the terms of leader and pairs and the soft constraints, which wait for the
+        measurement (``gradient`` and ``rows``)."""
         ocp, nz, nu, N = self._ocp, self._nz, layout.N_INPUT, self._ocp.n_stages
         lag, z = guess.rotors.lag, stage_states(ocp, guess)
         following, by_state, by_mean_thrusts, cost, gradient, hessian = self._vehicle(
@@ -66,7 +63,7 @@ class Linearization:
             guess.thrusts,
             disturbances(ocp, geometry)[:, None],
             np.full((1, 1, 1), lag.memory(ocp.stage)),
-            self._vehicle_weights,
+            self._weights.vehicle,
         )
         hessian = _symmetric(hessian)
         n_z, n_u = ocp.n_vehicles * nz, ocp.n_vehicles * nu
@@ -94,7 +91,8 @@ class Linearization:
             (bound - guess.thrusts).swapaxes(0, 1).reshape(N, n_u)
             for bound in (ocp.thrust_min, ocp.thrust_max)
         )
-        C, c = self.rows(guess, geometry)
+        n_rows = self._prices.shape[1]
+        C, c = np.zeros((N, n_rows, n_z)), np.zeros((N, n_rows))
         return TeamQp(A, B, gap, Q, S, R, q, r, lower, upper, float(cost.sum()), C, c, *self._prices)
 
     def gradient(
@@ -104,14 +102,14 @@ class Linearization:
         q, states = np.zeros((self._ocp.n_stages + 1, self._ocp.n_vehicles * self._nz)), guess.states[:, 1:]
         leader = np.concatenate([reference.p_NB_N, reference.yaw_NB[:, None]], axis=1)[None, 1:]
         cost, gradient = self._leader_gradient(
-            states[:1], leader_frame(geometry), leader, self._leader_weights
+            states[:1], leader_frame(geometry), leader, self._weights.leader
         )
         q[1:, STATE] += gradient[0]
         pair_cost, pair_gradient = self._pair_gradient(
             *(states[vehicles] for vehicles in self._pairs.T),
             pair_frames(geometry)[:, None],
             reference.p_B1B2_C1[:, 1:],
-            self._pair_weights,
+            self._weights.pair,
         )
         for pair, states_of_pair in enumerate(self._states_of_pairs()):
             q[1:, states_of_pair] += pair_gradient[pair]
@@ -124,8 +122,7 @@ class Linearization:
         h_pair, by_states = self._pair_rows(
             *(states[vehicles] for vehicles in self._pairs.T), pair_frames(geometry)[:, None]
         )
-        n_own = h_vehicle.shape[2]
-        n_rows = ocp.n_vehicles * n_own + len(self._rows_of_pairs)
+        n_own, n_rows = h_vehicle.shape[2], self._prices.shape[1]
         C, c = np.zeros((ocp.n_stages, n_rows, ocp.n_vehicles * self._nz)), np.zeros((ocp.n_stages, n_rows))
         for i in range(ocp.n_vehicles):
             rows, states_of_i = slice(i * n_own, (i + 1) * n_own), np.arange(layout.N_STATE) + i * self._nz
@@ -146,14 +143,14 @@ class Linearization:
         """Add their Hessians, which do not depend on the reference."""
         states, no_reference = guess.states[:, 1:], np.zeros(4)
         (hessian,) = self._leader_hessian(
-            states[:1], leader_frame(geometry), no_reference, self._leader_weights
+            states[:1], leader_frame(geometry), no_reference, self._weights.leader
         )
         Q[1:, STATE, STATE] += _symmetric(hessian)[0]
         (hessians,) = self._pair_hessian(
             *(states[vehicles] for vehicles in self._pairs.T),
             pair_frames(geometry)[:, None],
             no_reference[:3],
-            self._pair_weights,
+            self._weights.pair,
         )
         hessians = _symmetric(hessians)
         for pair, states_of_pair in enumerate(self._states_of_pairs()):
@@ -175,11 +172,30 @@ def stage_states(ocp: Ocp, plan: Plan) -> Array:
     before = np.concatenate([plan.thrusts[:, :1], plan.thrusts], axis=1)
     if not ocp.rotors_may_lag:
         return np.concatenate([plan.states, before], axis=2)
-    rotors = [plan.rotors]
-    for stage in range(ocp.n_stages):
-        rotors.append(rotors[-1].after(plan.thrusts[:, stage], ocp.stage))
-    thrusts = np.stack([each.thrusts for each in rotors], axis=1)
+    thrusts = np.stack([rotors.thrusts for rotors in plan.rotors_by_stage(ocp.stage)], axis=1)
     return np.concatenate([plan.states, before, thrusts], axis=2)
+
+
+@dataclass(frozen=True, eq=False)
+class TermWeights:
+    """The weights of the terms of a cost, with the terminal scale."""
+
+    vehicle: Array
+    """Of every vehicle and stage, shape (term,)."""
+    leader: Array
+    """Shape (stage 1..N, term)."""
+    pair: Array
+    """Shape (pair, stage 1..N, term)."""
+
+
+def term_weights(ocp: Ocp, terms: Terms, weights: WeightsConfig) -> TermWeights:
+    """The weights that a configuration gives to the terms."""
+    vehicle = np.array([term.weight(ocp, weights) for term in terms.vehicle])
+    leader = np.array([term.weight(ocp, weights) for term in terms.leader])
+    pairs = np.array([[term.weight(ocp, weights, i, j) for term in terms.pair] for i, j in ocp.pairs])
+    scale = np.ones((ocp.n_stages, 1))
+    scale[-1] = weights.terminal_scale
+    return TermWeights(vehicle, scale * leader, scale * pairs[:, None])
 
 
 def disturbances(ocp: Ocp, geometry: TeamGeometry) -> Array:

@@ -16,7 +16,7 @@ def predictor(ocp: Ocp) -> Kernel:
     """
     inputs, state, thrusts, acceleration_I = _vehicle(ocp)
     following = rk4_step(state, thrusts, ocp.body, ocp.period, acceleration_I)
-    return compiled([(ca.Function("predict", inputs, [following]), ocp.n_vehicles)])["predict"]
+    return compiled(ca.Function("predict", inputs, [following]), ocp.n_vehicles)
 
 
 def _vehicle(ocp: Ocp) -> tuple[list[ca.SX], ca.SX, ca.SX, ca.SX | ca.DM]:

@@ -245,6 +245,16 @@ static int factorize(Team *t, long last) {
   return 1;
 }
 
+/* [A B]' costate of one vehicle. */
+static void pull_back(const Team *t, long k, long i, const double *costate, double *by_z, double *by_u) {
+  const double *C = t->core + (i * t->N + k) * NX * NF;
+  double row[NV] = {0.0};
+  for (int a = 0; a < NX; ++a)
+    for (int b = 0; b < NF; ++b) row[b] += costate[a] * C[a * NF + b];
+  for (int b = 0; b < NZ - NX; ++b) row[NF + b] = costate[NX + b];
+  by_stage(t, row, by_z, by_u);
+}
+
 static void sweep_back(Team *t, long last) {
   const long n = t->n, nz = n * NZS, nu = n * NU;
   for (long k = last; k >= 0; --k) {
@@ -253,14 +263,9 @@ static void sweep_back(Team *t, long last) {
     const signed char *side = t->side + k * nu;
     double *p = t->p + k * nz, *g_u = t->g_u + k * nu, *y = t->y + k * nu;
     for (long i = 0; i < n; ++i) {
-      const double *C = t->core + (i * t->N + k) * NX * NF;
-      double costate[NZS], by[NF] = {0.0}, row[NV] = {0.0};
+      double costate[NZS];
       for (int a = 0; a < NZS; ++a) costate[a] = after[i * NZS + a] + P_gap[i * NZS + a];
-      for (int a = 0; a < NX; ++a)
-        for (int b = 0; b < NF; ++b) by[b] += costate[a] * C[a * NF + b];
-      for (int b = 0; b < NF; ++b) row[b] = by[b];
-      for (int b = 0; b < NZ - NX; ++b) row[NF + b] = costate[NX + b];
-      by_stage(t, row, p + i * NZS, g_u + i * NU);
+      pull_back(t, k, i, costate, p + i * NZS, g_u + i * NU);
       for (int a = 0; a < NZS; ++a) p[i * NZS + a] += q[i * NZS + a];
       for (int a = 0; a < NU; ++a) g_u[i * NU + a] += r[i * NU + a];
     }

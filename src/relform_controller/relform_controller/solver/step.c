@@ -70,12 +70,8 @@ static void assess(Team *t, double constant) {
     if (k < N) {
       const double *du = t->du + k * nu, *r = t->r + k * nu;
       for (long i = 0; i < n; ++i) {
-        const double *C = t->core + (i * N + k) * NX * NF;
-        double row[NV] = {0.0}, by_z[NZS], by_u[NU];
-        for (int a = 0; a < NX; ++a)
-          for (int b = 0; b < NF; ++b) row[b] += costate[i * NZS + a] * C[a * NF + b];
-        for (int b = 0; b < NZ - NX; ++b) row[NF + b] = costate[i * NZS + NX + b];
-        by_stage(t, row, by_z, by_u);
+        double by_z[NZS], by_u[NU];
+        pull_back(t, k, i, costate + i * NZS, by_z, by_u);
         for (int a = 0; a < NU; ++a) change += (r[i * NU + a] + hu[i * NU + a] + by_u[a]) * du[i * NU + a];
         for (int a = 0; a < NZS; ++a) costate[i * NZS + a] = by_z[a] + q[i * NZS + a] + hz[i * NZS + a];
       }

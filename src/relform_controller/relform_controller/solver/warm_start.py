@@ -41,9 +41,7 @@ def shift(plan: Plan, predict: CompiledFunction, ocp: Ocp) -> Plan:
     """
     share = ocp.period / ocp.stage
     following_thrusts = np.concatenate([plan.thrusts[:, 1:], plan.thrusts[:, -1:]], axis=1)
-    rotors = [plan.rotors]
-    for stage in range(ocp.n_stages):
-        rotors.append(rotors[-1].after(plan.thrusts[:, stage], ocp.stage))
+    rotors = plan.rotors_by_stage(ocp.stage)
     following_rotors = plan.rotors.after(plan.thrusts[:, 0], ocp.period)
 
     def period_later(stage: int) -> Array:
