@@ -1,86 +1,19 @@
-"""Steps of recorded flights with many active bounds, against DAQP on a QP that this test condenses itself."""
+"""Steps of recorded flights with many active bounds and soft constraints, against DAQP on a condensed QP."""
 
-from dataclasses import dataclass
-
-import casadi as ca
-import daqp
 import numpy as np
 import pytest
 
-from relform_analysis.bench.streams import Instance, record, scenario_of
-from relform_analysis.bench.team_problem import TeamProblem
-from relform_controller.ocp.problem import Ocp
-from relform_controller.ocp.terms.registry import TERMS
+from relform_analysis.bench.streams import record, scenario_of
+from relform_controller.solver.kernel import KernelSolver
 from relform_controller.solver.make import make_solver
-from relform_core.arrays import Array
+from relform_controller.solver.reference import ReferenceSolver
+from support.condensed import Condenser, solved
+from support.problems import SOLVERS, solver_of
 
 CHEAP_EFFORT = ("controller.weights.acceleration_per_m2_s4=0.001", "controller.weights.torque_per_n2_m2=5")
 """Overrides with which noise drives the thrusts to their bounds."""
 TURN = 6.0
 """When the agile turn begins [s]."""
-
-
-@dataclass(frozen=True, eq=False)
-class BoxQp:
-    """min 1/2 x' H x + g' x within bounds, over the change of all inputs, stage by stage."""
-
-    H: Array
-    g: Array
-    lower: Array
-    upper: Array
-
-
-class Condenser:
-    """The QP of an instance, from the model and the terms of the cost."""
-
-    def __init__(self, ocp: Ocp) -> None:
-        self.ocp, self.team = ocp, TeamProblem(ocp, TERMS)
-        team = self.team
-        by = ca.vertcat(team.z, team.u)
-        self.stages = [
-            ca.Function("stage", [team.z, team.u, team.p], [residual, ca.jacobian(residual, by)])
-            for residual in (team.first_residual, team.residual, team.last_residual)
-        ]
-        following = [team.following, ca.jacobian(team.following, team.z), ca.jacobian(team.following, team.u)]
-        self.following = ca.Function("following", [team.z, team.u, team.p], following)
-
-    def qp(self, instance: Instance) -> BoxQp:
-        states, inputs = self.team.guess(instance)
-        parameters = self.team.parameters(instance)
-        N, nu, nz = self.ocp.n_stages, inputs[0].size, states[0].size
-        # Change of the state of a stage: offset + slope @ x.
-        offset, slope = self.team.start(instance) - states[0], np.zeros((nz, N * nu))
-        H, g = np.zeros((N * nu, N * nu)), np.zeros(N * nu)
-        for k in range(N + 1):
-            function = self.stages[0 if k == 0 else 2 if k == N else 1]
-            u = inputs[k] if k < N else np.zeros(nu)
-            residual, jacobian = (np.array(out) for out in function(states[k], u, parameters[k]))
-            J = jacobian[:, :nz] @ slope
-            if k < N:
-                J[:, k * nu : (k + 1) * nu] += jacobian[:, nz:]
-            H += 2.0 * J.T @ J
-            g += 2.0 * J.T @ (residual[:, 0] + jacobian[:, :nz] @ offset)
-            if k < N:
-                following, A, B = (np.array(out) for out in self.following(states[k], u, parameters[k]))
-                offset = A @ offset + following[:, 0] - states[k + 1]
-                slope = A @ slope
-                slope[:, k * nu : (k + 1) * nu] += B
-        thrusts = np.concatenate(inputs)
-        return BoxQp(H, g, self.ocp.thrust_min - thrusts, self.ocp.thrust_max - thrusts)
-
-    def first_inputs(self, instance: Instance) -> Array:
-        """By DAQP [N], shape (vehicle, N_INPUT)."""
-        qp = self.qp(instance)
-        # Scaled to a unit diagonal, so that the tolerances mean the same for every input.
-        scale = 1.0 / np.sqrt(np.diag(qp.H))
-        H, g = scale[:, None] * qp.H * scale, scale * qp.g
-        no_rows = np.zeros((0, scale.size))
-        x, _, flag, _ = daqp.solve(
-            H, g, no_rows, qp.upper / scale, qp.lower / scale, primal_tol=1e-11, dual_tol=1e-11
-        )
-        assert flag == 1
-        first = instance.guess.thrusts[:, 0]
-        return first + (scale * x)[: first.size].reshape(first.shape)
 
 
 @pytest.mark.parametrize(("n_vehicles", "n_instances", "active_max"), [(3, 200, 30), (8, 10, 50)])
@@ -105,3 +38,40 @@ def test_first_inputs_of_shipped_tunings(controller: str) -> None:
         solver.prepare(instance.guess, instance.geometry)
         step = solver.feedback(instance.start, instance.geometry, instance.reference)
         np.testing.assert_allclose(step.plan.thrusts[:, 0], condenser.first_inputs(instance), rtol=1e-6)
+
+
+PRICES = "price_per_unit: 30, square_price_per_unit2: 100"
+MANY_CONSTRAINTS = (
+    "controller.constraints={"
+    f"tilt: {{max_deg: 12, {PRICES}}}, speed: {{max_m_s: 1.9, {PRICES}}}, "
+    f"separation: {{min_m: 1.3, {PRICES}}}, "
+    "field_of_view: {axis_azimuth_deg: 10, axis_elevation_deg: 0, half_angle_deg: 40, range_max_m: 1.5, "
+    f"pairs: [[follower_1, leader], [follower_2, leader]], {PRICES}}}, "
+    f"keep_out: {{margin_m: 0.3, {PRICES}}}}}",
+    "obstacles=[{kind: sphere, center_m: [9.5, 0.3, 2.0], radius_m: 0.3}, "
+    "{kind: box, center_m: [10.0, 2.5, 1.0], size_m: [0.5, 0.5, 3.0], yaw_deg: 20.0}]",
+)
+"""Overrides: constraints that contradict each other and the mission, in force over the turn."""
+
+
+@pytest.mark.parametrize("kind", SOLVERS)
+@pytest.mark.parametrize("controller", ["paper", "team"])
+def test_first_inputs_under_soft_constraints(
+    controller: str, kind: type[KernelSolver] | type[ReferenceSolver]
+) -> None:
+    overrides = [*MANY_CONSTRAINTS, *CHEAP_EFFORT]
+    if controller == "team":
+        overrides.append("controller.estimator.finds_rotor_lag=false")
+    stream = record(scenario_of(3, controller, overrides), 10, TURN)
+    condenser, solver = Condenser(stream.ocp), solver_of(stream.ocp, kind)
+    n_active = []
+    for instance in stream.instances:
+        solver.prepare(instance.guess, instance.geometry)
+        step = solver.feedback(instance.start, instance.geometry, instance.reference)
+        qp = condenser.qp(instance)
+        x = solved(qp)
+        n_active.append(np.count_nonzero(qp.C @ x + qp.c > -1e-9))
+        thrusts = instance.guess.thrusts + x.reshape(stream.ocp.n_stages, 3, -1).swapaxes(0, 1)
+        np.testing.assert_allclose(step.plan.thrusts[:, 0], thrusts[:, 0], rtol=1e-6)
+        np.testing.assert_allclose(step.plan.thrusts, thrusts, atol=1e-4)
+    assert min(n_active) > 10

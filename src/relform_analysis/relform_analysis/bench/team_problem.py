@@ -9,10 +9,11 @@ import numpy as np
 
 from relform_analysis.bench.streams import Instance
 from relform_controller.ocp import layout
-from relform_controller.ocp.model import net_acceleration_I, rk4_step
+from relform_controller.ocp.model import net_acceleration_I, rk4_step, rotation_z
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.term import LeaderStage, PairStage, Terms, VehicleStage
 from relform_core.arrays import Array
+from relform_core.constraints_config import Prices
 
 _NX, _NU = layout.N_STATE, layout.N_INPUT
 
@@ -21,7 +22,7 @@ class TeamProblem:
     """Dynamics and cost of a stage, as functions of stage state ``z``, commands ``u`` and parameters ``p``.
 
     Args:
-        ocp: the problem, without soft constraints and without lag of the rotors.
+        ocp: the problem, without lag of the rotors.
         terms: of its cost.
     """
 
@@ -54,6 +55,8 @@ class TeamProblem:
         """Stages 1..N-1."""
         self.last_residual = self._team_residuals(ocp.weights.terminal_scale)
         """Stage N."""
+        self.excess, self.prices = self._soft_constraints()
+        """Soft constraints excess <= 0 of stages 1..N; price and square price of each, shape (row, 2)."""
 
     def guess(self, instance: Instance) -> tuple[list[Array], list[Array]]:
         """z of stages 0..N, and u of stages 0..N-1, to linearise at."""
@@ -145,6 +148,31 @@ class TeamProblem:
                 for term in self._terms.pair
             ]
         return ca.vertcat(*rows)
+
+    def _soft_constraints(self) -> tuple[ca.SX, Array]:
+        """Of every vehicle, then of every pair, as the solver numbers them."""
+        ocp, constraints = self._ocp, self._ocp.constraints
+        found: list[tuple[ca.SX, Prices]] = []
+        for i in range(ocp.n_vehicles):
+            state, frame = self._of_vehicle(i)[0], self._leader_frame
+            if i > 0:
+                from_leader = self._pair_frames[:, ocp.pairs.index((0, i))]
+                p_NI_N = frame[:3] + rotation_z(frame[3]) @ from_leader[:3]
+                frame = ca.vertcat(p_NI_N, frame[3] + from_leader[3])
+            p_NB_N = frame[:3] + rotation_z(frame[3]) @ state[layout.POSITION]
+            found += [(each.excess(state, p_NB_N), each.prices) for each in constraints.vehicle]
+        for pair, (i, j) in enumerate(ocp.pairs):
+            observer, target = self._of_vehicle(i)[0], self._of_vehicle(j)[0]
+            frame = self._pair_frames[:, pair]
+            p_I1B2_I1 = frame[:3] + rotation_z(frame[3]) @ target[layout.POSITION]
+            p_B1B2_I1 = p_I1B2_I1 - observer[layout.POSITION]
+            found += [
+                (each.excess(observer, p_B1B2_I1), each.prices)
+                for each in constraints.pair
+                if (i, j) in each.pairs
+            ]
+        prices = np.array([(each.price, each.square_price) for _, each in found]).reshape(-1, 2)
+        return ca.vertcat(*(excess for excess, _ in found)), prices
 
 
 def _weighted(weight: float, residual: ca.SX) -> ca.SX:

@@ -2,7 +2,8 @@
  * each: upper bounds, lower bounds, h <= sigma, sigma >= 0. */
 
 #define INTERIOR_POINT_ITERATIONS_MAX 60
-#define COMPLEMENTARITY 1e-12
+#define COMPLEMENTARITY 1e-15
+#define COMPLEMENTARITY_ACCEPTED 1e-9
 #define STEP_BACK 0.995
 
 static double complementarity(const Team *t, double length) {
@@ -58,15 +59,27 @@ static int factorize_barrier(Team *t) {
   return factorize(t, t->N - 1);
 }
 
-/* A Newton step towards products of slacks and multipliers of `target`; t->product holds those of the changes. */
+static void times_hessian(const Team *t, long k, const double *z, const double *u, double *hz, double *hu);
+
+/* Gradient of the cost of the stages at the iterate, without that of soft constraints. */
+static void gradient_at_iterate(Team *t) {
+  const long N = t->N, nu = t->n * NU, nz = t->n * NZS;
+  for (long k = 0; k <= N; ++k) {
+    times_hessian(t, k, t->dz_at + k * nz, t->du_at + k * nu, t->q_at + k * nz, t->r_at + k * nu);
+    for (long e = 0; e < nz; ++e) t->q_at[k * nz + e] += t->q_plain[k * nz + e];
+    for (long e = 0; k < N && e < nu; ++e) t->r_at[k * nu + e] += t->r_plain[k * nu + e];
+  }
+}
+
+/* The changes dz and du of a Newton step towards products of slacks and multipliers of `target`; t->product holds
+ * those of the changes. */
 static void newton_step(Team *t, double target) {
   const long N = t->N, nu = t->n * NU, nz = t->n * NZS, n_bounds = N * nu, n_rows = N * t->n_rows;
   const double *s = t->slack, *m = t->multiplier;
-  for (long e = 0; e < (N + 1) * nz; ++e) t->q[e] = t->q_plain[e];
+  for (long e = 0; e < (N + 1) * nz; ++e) t->q[e] = t->q_at[e];
   for (long e = 0; e < n_bounds; ++e) {
     const long lower = n_bounds + e;
-    t->r[e] = t->r_plain[e] + (target - t->product[e]) / s[e] - (target - t->product[lower]) / s[lower] -
-              t->bound_weight[e] * t->du_at[e];
+    t->r[e] = t->r_at[e] + (target - t->product[e]) / s[e] - (target - t->product[lower]) / s[lower];
   }
   for (long e = 0; e < n_rows; ++e) {
     const long soft = 2 * n_bounds + e, violation = soft + n_rows, k = e / t->n_rows;
@@ -78,14 +91,14 @@ static void newton_step(Team *t, double target) {
     const Row row = row_of(t, k, e % t->n_rows);
     t->row_offset[e] = next_soft - by_soft / stiffness * excess;
     t->row_excess[e] = excess / stiffness;
-    add_row(&row, t->row_offset[e] - t->row_weight[e] * row_times(&row, t->dz_at + (k + 1) * nz), t->q + (k + 1) * nz);
+    add_row(&row, t->row_offset[e], t->q + (k + 1) * nz);
   }
   for (long e = 0; e < nz; ++e) t->p[N * nz + e] = t->q[N * nz + e];
   sweep_back(t, N - 1);
   sweep_forward(t);
   for (long e = 0; e < n_bounds; ++e) {
     const long lower = n_bounds + e;
-    const double change = t->du[e] - t->du_at[e];
+    const double change = t->du[e];
     t->d_slack[e] = -change;
     t->d_slack[lower] = change;
     t->d_multiplier[e] = (target - t->product[e]) / s[e] + m[e] / s[e] * change - m[e];
@@ -96,8 +109,7 @@ static void newton_step(Team *t, double target) {
     const double by_soft = m[soft] / s[soft];
     const double stiffness = t->row_prices[2 * (e % t->n_rows) + 1] + by_soft + m[violation] / s[violation];
     const Row row = row_of(t, k, e % t->n_rows);
-    const double change =
-        row_times(&row, t->dz + (k + 1) * nz) - row_times(&row, t->dz_at + (k + 1) * nz);
+    const double change = row_times(&row, t->dz + (k + 1) * nz);
     const double d_sigma = t->row_excess[e] + by_soft / stiffness * change;
     t->d_slack[soft] = d_sigma - change;
     t->d_slack[violation] = d_sigma;
@@ -125,19 +137,15 @@ static int solve_by_interior_point(Team *t) {
   t->corrected = 1;
   t->has_barrier = 1;
   start_inside(t);
+  double *const gap = t->gap, *const dz0 = t->dz0;
+  t->gap = t->dz0 = t->zeros; /* of the changes */
   double now = complementarity(t, 0.0);
-  const double enough = COMPLEMENTARITY * (1.0 + now);
-  int status = NOT_CONVERGED;
+  const double scale = 1.0 + now;
   for (long iteration = 0; iteration < INTERIOR_POINT_ITERATIONS_MAX; ++iteration) {
-    if (now < enough) {
-      status = SOLVED;
-      break;
-    }
+    if (now < COMPLEMENTARITY * scale) break;
     ++t->iterations;
-    if (!factorize_barrier(t)) {
-      status = NOT_FINITE;
-      break;
-    }
+    if (!factorize_barrier(t)) break;
+    gradient_at_iterate(t);
     for (long e = 0; e < t->n_constraints; ++e) t->product[e] = 0.0;
     newton_step(t, 0.0);
     const double ahead = complementarity(t, longest_step(t)) / now;
@@ -148,15 +156,14 @@ static int solve_by_interior_point(Team *t) {
       t->slack[e] += length * t->d_slack[e];
       t->multiplier[e] += length * t->d_multiplier[e];
     }
-    for (long e = 0; e < n_bounds; ++e) t->du_at[e] += length * (t->du[e] - t->du_at[e]);
-    for (long e = 0; e < (N + 1) * nz; ++e) t->dz_at[e] += length * (t->dz[e] - t->dz_at[e]);
+    for (long e = 0; e < n_bounds; ++e) t->du_at[e] += length * t->du[e];
+    for (long e = 0; e < (N + 1) * nz; ++e) t->dz_at[e] += length * t->dz[e];
     now = complementarity(t, 0.0);
-    if (!__builtin_isfinite(now)) {
-      status = NOT_FINITE;
-      break;
-    }
+    if (!__builtin_isfinite(now)) break;
   }
   t->has_barrier = 0;
+  t->gap = gap;
+  t->dz0 = dz0;
   for (long e = 0; e < (N + 1) * nz; ++e) {
     t->q[e] = t->q_plain[e];
     t->dz[e] = t->dz_at[e];
@@ -168,5 +175,6 @@ static int solve_by_interior_point(Team *t) {
     t->side[e] = (t->multiplier[e] > t->slack[e]) - (t->multiplier[lower] > t->slack[lower]);
     t->slope[e] = t->side[e] ? t->multiplier[lower] - t->multiplier[e] : 0.0;
   }
-  return status;
+  if (!__builtin_isfinite(now)) return NOT_FINITE;
+  return now < COMPLEMENTARITY_ACCEPTED * scale ? SOLVED : NOT_CONVERGED;
 }

@@ -8,7 +8,8 @@ h = C dz + c <= sigma these are sigma - h and sigma. A Newton step towards s m =
 
 linear in dz and du, so that a step minimises the quadratic program with a larger Hessian and another
 gradient. `product` is that of the changes of s and m in a first step towards zero. All iterates obey the
-dynamics, and slacks follow from them.
+dynamics, and slacks follow from them. A step is computed as the changes of dz and du: the weights m / s of
+active constraints become so large that they would amplify the rounding errors of dz and du themselves.
 """
 
 import dataclasses
@@ -19,12 +20,14 @@ import numpy as np
 from relform_controller.solver.active_set import Minimiser
 from relform_controller.solver.riccati import Trajectory, factorize, minimize
 from relform_controller.solver.solver import QpError
-from relform_controller.solver.team_qp import TeamQp, soft_rows
+from relform_controller.solver.team_qp import TeamQp, gradient, soft_rows
 from relform_core.arrays import Array
 
 ITERATIONS_MAX = 60
-COMPLEMENTARITY = 1e-12
+COMPLEMENTARITY = 1e-15
 """Mean product of slacks and multipliers at the end, relative to one plus that at the start."""
+COMPLEMENTARITY_ACCEPTED = 1e-9
+"""The same where rounding errors prevent a better solution."""
 STEP_BACK = 0.995
 """Part of the way to the first slack or multiplier that becomes zero."""
 
@@ -67,20 +70,30 @@ def solve(qp: TeamQp, dz0: Array) -> Minimiser:
         QpError: the method does not converge.
     """
     at = _start(qp, dz0)
-    enough = COMPLEMENTARITY * (1.0 + _complementarity(at))
-    for iteration in range(1, ITERATIONS_MAX + 1):
-        complementarity = _complementarity(at)
-        if complementarity < enough:
-            return _minimiser(qp, at, iteration)
-        ahead = _step(qp, at, dz0, 0.0, (0.0, 0.0, 0.0, 0.0))
-        reachable = at.moved(ahead, _longest(at, ahead))
-        target = complementarity * (_complementarity(reachable) / complementarity) ** 3
-        slack_changes = map(np.subtract, ahead.slacks, at.slacks)
-        changes = map(np.subtract, ahead.multipliers, at.multipliers)
-        products = tuple(ds * dm for ds, dm in zip(slack_changes, changes, strict=True))
-        to = _step(qp, at, dz0, target, products)
-        at = at.moved(to, min(1.0, STEP_BACK * _longest(at, to)))
-    raise QpError(f"the interior-point method did not converge in {ITERATIONS_MAX} iterations")
+    scale = 1.0 + _complementarity(at)
+    iterations = 0
+    while iterations < ITERATIONS_MAX and _complementarity(at) >= COMPLEMENTARITY * scale:
+        try:
+            at = _iterated(qp, at)
+        except QpError:
+            break
+        iterations += 1
+    if _complementarity(at) < COMPLEMENTARITY_ACCEPTED * scale:
+        return _minimiser(qp, at, iterations)
+    raise QpError("the interior-point method did not converge")
+
+
+def _iterated(qp: TeamQp, at: _Point) -> _Point:
+    """The next iterate: a first step shows how far the products can fall, a second one corrects it."""
+    complementarity = _complementarity(at)
+    ahead = _step(qp, at, 0.0, (0.0, 0.0, 0.0, 0.0))
+    reachable = at.moved(ahead, _longest(at, ahead))
+    target = complementarity * (_complementarity(reachable) / complementarity) ** 3
+    slack_changes = map(np.subtract, ahead.slacks, at.slacks)
+    changes = map(np.subtract, ahead.multipliers, at.multipliers)
+    products = tuple(ds * dm for ds, dm in zip(slack_changes, changes, strict=True))
+    to = _step(qp, at, target, products)
+    return at.moved(to, min(1.0, STEP_BACK * _longest(at, to)))
 
 
 def _start(qp: TeamQp, dz0: Array) -> _Point:
@@ -99,7 +112,7 @@ def _start(qp: TeamQp, dz0: Array) -> _Point:
     return _Point(states, du, slacks, (size, size, price, price))
 
 
-def _step(qp: TeamQp, at: _Point, dz0: Array, target: float, products: tuple[Array | float, ...]) -> _Point:
+def _step(qp: TeamQp, at: _Point, target: float, products: tuple[Array | float, ...]) -> _Point:
     """Where a Newton step leads."""
     (s_upper, s_lower, t, sigma), (m_upper, m_lower, m_soft, m_sigma) = at.slacks, at.multipliers
     # Without its own change, the next multiplier of each constraint; and how it falls with the slack.
@@ -116,23 +129,22 @@ def _step(qp: TeamQp, at: _Point, dz0: Array, target: float, products: tuple[Arr
     diagonal = np.arange(R.shape[-1])
     R[:, diagonal, diagonal] += by_upper + by_lower
     Q[1:] += np.einsum("kmi,km,kmj->kij", qp.C, weight, qp.C)
-    q = qp.q.copy()
-    q[1:] += np.einsum("kmi,km->ki", qp.C, offset - weight * (soft_rows(qp, at.dz) - qp.c))
-    r = qp.r + upper - lower - (by_upper + by_lower) * at.du
-    free = np.ones(r.shape, dtype=bool)
-    barrier = dataclasses.replace(qp, Q=Q, R=R, q=q, r=r)
-    found = minimize(barrier, factorize(barrier, free), np.zeros_like(r), dz0)
-    change = found.du - at.du
-    d_rows = np.einsum("kmz,kz->km", qp.C, found.dz[1:] - at.dz[1:])
+    q, r = gradient(qp, at.dz, at.du)
+    q[1:] += np.einsum("kmi,km->ki", qp.C, offset)
+    r += upper - lower
+    barrier = dataclasses.replace(qp, Q=Q, R=R, q=q, r=r, gap=np.zeros_like(qp.gap))
+    factors = factorize(barrier, np.ones(r.shape, dtype=bool))
+    change = minimize(barrier, factors, np.zeros_like(r), np.zeros_like(at.dz[0]))
+    d_rows = np.einsum("kmz,kz->km", qp.C, change.dz[1:])
     d_sigma = (excess + by_soft * d_rows) / stiffness
     multipliers = (
-        upper + by_upper * change,
-        lower - by_lower * change,
+        upper + by_upper * change.du,
+        lower - by_lower * change.du,
         offset + weight * d_rows,
         violation - by_sigma * d_sigma,
     )
-    slacks = s_upper - change, s_lower + change, t + d_sigma - d_rows, sigma + d_sigma
-    return _Point(found.dz, found.du, slacks, multipliers)
+    slacks = s_upper - change.du, s_lower + change.du, t + d_sigma - d_rows, sigma + d_sigma
+    return _Point(at.dz + change.dz, at.du + change.du, slacks, multipliers)
 
 
 def _longest(at: _Point, to: _Point) -> float:

@@ -68,6 +68,9 @@ _ARRAYS: Mapping[str, tuple[str, str, str]] = {
     "row_excess": ("double", "N rows", ""),
     "q_plain": ("double", "N+1 ny", "gradients without bounds and soft constraints"),
     "r_plain": ("double", "N nu", ""),
+    "q_at": ("double", "N+1 ny", "these gradients at the iterate"),
+    "r_at": ("double", "N nu", ""),
+    "zeros": ("double", "N+1 ny", ""),
 }
 _KINDS = {"double": np.float64, "long": np.int64, "signed char": np.int8, "lanes": np.float64}
 

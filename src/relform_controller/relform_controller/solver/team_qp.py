@@ -61,3 +61,11 @@ def soft_rows(qp: TeamQp, dz: Array) -> Array:
     """h = C dz + c, shape (stage 1..N, row)."""
     rows: Array = np.einsum("kmz,kz->km", qp.C, dz[1:]) + qp.c
     return rows
+
+
+def gradient(qp: TeamQp, dz: Array, du: Array) -> tuple[Array, Array]:
+    """Gradient of the cost of the stages by dz and du, without that of soft constraints."""
+    q = qp.q + np.einsum("kij,kj->ki", qp.Q, dz)
+    q[:-1] += np.einsum("kuz,ku->kz", qp.S, du)
+    r = qp.r + np.einsum("kij,kj->ki", qp.R, du) + np.einsum("kuz,kz->ku", qp.S, dz[:-1])
+    return q, r
