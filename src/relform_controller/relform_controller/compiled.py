@@ -1,13 +1,13 @@
 """CasADi functions, compiled by the machine's C compiler and evaluated for many items at once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from relform_controller.c_library import NoCompilerError, generated_c, shared_library
 from relform_core.arrays import Array
+from relform_core.c_library import NoCompilerError, shared_library
 
 CompiledFunction = Callable[..., tuple[Array, ...]]
 """A CasADi function that evaluates all its items; its outputs are valid until the next call."""
@@ -58,6 +58,15 @@ def compiled(function: ca.Function, n_items: int) -> Kernel:
     except NoCompilerError:
         return Kernel.interpreted(function, n_items)
     return Kernel(ca.external(function.name(), str(library)), n_items)
+
+
+def generated_c(functions: Sequence[ca.Function]) -> str:
+    """C code of CasADi functions, each under its own name."""
+    generator = ca.CodeGenerator("generated.c")
+    for function in functions:
+        generator.add(function)
+    text: str = generator.dump()
+    return text
 
 
 def _mapped(function: ca.Function, n_items: int) -> ca.Function:

@@ -1,5 +1,7 @@
 """The solver in C against the NumPy reference, soft constraints included."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from relform_controller.ocp.problem import Ocp
 from relform_controller.solver.solver import SqpStep
 from relform_controller.solver.warm_start import hover_plan
 from relform_core.scenario_config import ScenarioConfig
+from support.compilers import Compiler, use_compiler
 from support.problems import SOLVERS, Problem, random_problem, solver_of
 from support.scenarios import paper_scenario, team_of
 
@@ -68,3 +71,19 @@ def test_the_same_step_under_soft_constraints(seed: int, lag: tuple[str, ...]) -
     np.testing.assert_allclose(kernel.plan.thrusts, reference.plan.thrusts, atol=1e-7)
     assert kernel.kkt == pytest.approx(reference.kkt, rel=1e-6)
     assert kernel.objective == pytest.approx(reference.objective, rel=1e-9)
+
+
+@pytest.mark.skipif(
+    not {"avx2", "fma"} <= set(Path("/proc/cpuinfo").read_text().split()), reason="the processor lacks AVX2"
+)
+def test_the_same_step_on_processors_that_have_no_more_than_avx2(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiler = Compiler(tmp_path, instead_of_native="-mavx2 -mfma")
+    use_compiler(monkeypatch, tmp_path, compiler)
+    problem = random_problem(4, 3, LAG)
+    for ocp in (problem.ocp, constrained(problem.config)):
+        kernel, reference = steps(problem, ocp, 1)
+        np.testing.assert_allclose(kernel.plan.thrusts, reference.plan.thrusts, atol=1e-7)
+        assert kernel.kkt == pytest.approx(reference.kkt, rel=1e-6)
+    assert compiler.count > 0

@@ -6,7 +6,7 @@ from importlib import resources
 
 import numpy as np
 
-from relform_controller.c_library import NoCompilerError, generated_c, shared_library
+from relform_controller.compiled import generated_c
 from relform_controller.estimation import team_model
 from relform_controller.estimation.estimator import TeamCovariances
 from relform_controller.estimation.team_belief import Belief, Innovation, Observation, check_definite
@@ -15,6 +15,7 @@ from relform_controller.ocp import layout
 from relform_controller.ocp.model import RigidBody
 from relform_controller.ocp.problem import Disturbances, TeamGeometry
 from relform_core.arrays import Array
+from relform_core.c_library import NoCompilerError, shared_library
 
 _N_POSE = 6
 _PANEL = 8

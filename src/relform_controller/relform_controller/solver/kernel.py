@@ -4,7 +4,6 @@ import ctypes
 
 import numpy as np
 
-from relform_controller.c_library import COMPILER_FLAGS, shared_library
 from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, TeamGeometry
 from relform_controller.ocp.terms.term import Terms
 from relform_controller.solver.kernel_code import kernel_code
@@ -20,6 +19,7 @@ from relform_controller.solver.linearization import (
 )
 from relform_controller.solver.solver import QpError, SqpStep
 from relform_controller.solver.stages import BEFORE, ROTORS, STATE
+from relform_core.c_library import COMPILER_FLAGS, shared_library
 from relform_core.controller_config import WeightsConfig
 
 _NOT_FINITE, _NOT_CONVERGED = 1, 2

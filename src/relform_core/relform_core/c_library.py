@@ -14,8 +14,6 @@ import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
-import casadi as ca
-
 from relform_core.atomic_file import written_atomically
 from relform_core.errors import RelformError
 
@@ -27,17 +25,10 @@ class NoCompilerError(RelformError):
 COMPILER_FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC", "-shared")
 
 
-def generated_c(functions: Sequence[ca.Function]) -> str:
-    """C code of CasADi functions, each under its own name."""
-    generator = ca.CodeGenerator("generated.c")
-    for function in functions:
-        generator.add(function)
-    text: str = generator.dump()
-    return text
-
-
 def shared_library(source: str, flags: Sequence[str] = COMPILER_FLAGS) -> Path:
     """Path of a shared library made of C code, from the cache if it has been compiled before.
+
+    Without a compiler there is one warning per process, however often this is called.
 
     Raises:
         NoCompilerError: there is none.
@@ -46,10 +37,11 @@ def shared_library(source: str, flags: Sequence[str] = COMPILER_FLAGS) -> Path:
     compiler = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc")
     if compiler is None:
         message = "no C compiler found: install one (apt install gcc) or name it in the variable CC"
-        warnings.warn(f"{message}; the controller is much slower without", RuntimeWarning, stacklevel=2)
+        warnings.warn(f"{message}; flights are much slower without", RuntimeWarning, stacklevel=1)
         raise NoCompilerError(message)
     version = subprocess.run([compiler, "--version"], capture_output=True, text=True, check=False).stdout
-    key = hashlib.sha256("\n".join([source, version, *flags, _cpu()]).encode(), usedforsecurity=False)
+    depends_on = "\n".join([source, compiler, version, *flags, _cpu()])
+    key = hashlib.sha256(depends_on.encode(), usedforsecurity=False)
     library = _cache_folder() / f"kernels-{key.hexdigest()[:20]}.so"
     if not os.path.exists(library):  # unlike Path.exists, no error where the folder is forbidden
         with tempfile.TemporaryDirectory(prefix="relform-") as folder:
