@@ -1,15 +1,14 @@
 """The true quadrotor: its state (eq. StateDef), moved through time under rotor commands and disturbances."""
 
-import math
-
 import numpy as np
 
 from relform_core.arrays import Array
 from relform_core.measurements import Odometry
 from relform_core.schema import Vector3
 from relform_core.units import GRAVITY
-from relform_sim.integrate import State, rk4_step
-from relform_sim.rigid_body import Body, Wrench, rigid_body_rate, rotation_rows, rotor_wrench
+from relform_sim.integrate import State
+from relform_sim.motion_kernel import make_motion
+from relform_sim.rigid_body import Body, lagged_speeds, rigid_body_rate, rotation_rows, rotor_wrench
 
 NO_WIND: Vector3 = (0.0, 0.0, 0.0)
 
@@ -38,6 +37,7 @@ class Plant:
         self._body = body
         self._step = step
         self._rotor_time_constant = rotor_time_constant
+        self._motion = make_motion(body, step, rotor_time_constant)
         self._state: State = (*p_NB_N, *v_NB_N, *q_NB, *w_NB_B)
         self._rotor_speeds: State = (rotor_speed,) * 4
         self._wind_N = NO_WIND
@@ -54,27 +54,11 @@ class Plant:
             thrust_scale: factor on thrust and torque of every rotor.
         """
         self._wind_N, self._thrust_scale = wind_N, thrust_scale
-        initial = self._rotor_speeds
-        steady = rotor_wrench(self._body, commanded, thrust_scale)
-
-        def wrench(time: float) -> Wrench:
-            if self._rotor_time_constant == 0.0:
-                return steady
-            return rotor_wrench(self._body, self._lagged(initial, commanded, time), thrust_scale)
-
-        def rate(time: float, state: State) -> State:
-            return rigid_body_rate(self._body, wrench(time), wind_N, state)
-
-        for i in range(round(duration / self._step)):
-            self._state = _normalized(rk4_step(rate, i * self._step, self._state, self._step))
-        self._rotor_speeds = self._lagged(initial, commanded, duration)
-
-    def _lagged(self, initial: State, commanded: State, time: float) -> State:
-        """Rotor speeds at ``time`` after a new command: the exact solution of the first-order lag."""
-        if self._rotor_time_constant == 0.0:
-            return commanded
-        remaining = math.exp(-time / self._rotor_time_constant)
-        return tuple([end + (start - end) * remaining for start, end in zip(initial, commanded, strict=True)])
+        n_steps = round(duration / self._step)
+        self._state = self._motion.after(
+            n_steps, self._state, self._rotor_speeds, commanded, wind_N, thrust_scale
+        )
+        self._rotor_speeds = lagged_speeds(self._rotor_speeds, commanded, duration, self._rotor_time_constant)
 
     def odometry(self, stamp_ns: int) -> Odometry:
         """The true state, stamped."""
@@ -99,10 +83,3 @@ class Plant:
 
     def _R_NB(self) -> Array:
         return np.array(rotation_rows(self._state[6:10]))
-
-
-def _normalized(state: State) -> State:
-    """The state with a unit quaternion: integration keeps its length only to the order of the method."""
-    x, y, z, w = state[6:10]
-    length = math.sqrt(x * x + y * y + z * z + w * w)
-    return (*state[0:6], x / length, y / length, z / length, w / length, *state[10:13])

@@ -4,6 +4,7 @@ Written in scalars for speed, in the order of the paper's equations. The predict
 written independently of this one, with Euler angles, so that each is an oracle for the other.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +54,21 @@ def draw_body(config: VehicleConfig, generator: np.random.Generator) -> Body:
         torque_coefficient=config.torque_coefficient,
         drag_coefficient=config.drag_coefficient,
     )
+
+
+def lagged_speeds(initial: State, commanded: State, time: float, time_constant: float) -> State:
+    """Rotor speeds at ``time`` after a new command: the exact solution of the first-order lag.
+
+    Args:
+        initial: rotor speeds at the command [rad/s].
+        commanded: those that they approach [rad/s].
+        time: since the command [s].
+        time_constant: of the lag [s]; 0: none.
+    """
+    if time_constant == 0.0:
+        return commanded
+    remaining = math.exp(-time / time_constant)
+    return tuple([end + (start - end) * remaining for start, end in zip(initial, commanded, strict=True)])
 
 
 def rotor_wrench(body: Body, speeds: tuple[float, ...], scale: float) -> Wrench:

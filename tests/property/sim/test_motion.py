@@ -1,0 +1,101 @@
+"""The motion in C is that of the reference, bit for bit."""
+
+import math
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import relform_sim.plant
+from relform_sim import motion_kernel
+from relform_sim.motion import Motion, ReferenceMotion
+from relform_sim.motion_kernel import CompiledMotion, make_motion
+from relform_sim.rigid_body import Body
+from support.flights import AGILE, all_speeds, record
+from support.scenarios import paper_scenario
+
+BODY = Body(
+    mass=0.72,
+    inertia=(0.006, 0.008, 0.013),
+    arm_length=0.18,
+    thrust_coefficient=8.5e-6,
+    torque_coefficient=1.4e-7,
+    drag_coefficient=(0.3, 0.2, 0.1),
+)
+
+
+def numbers(count: int, size: float) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.tuples(*[st.floats(-size, size) for _ in range(count)])
+
+
+speeds = st.tuples(*[st.floats(0.0, 900.0) for _ in range(4)])
+quaternions = numbers(4, 1.0).filter(lambda q: math.hypot(*q) > 0.1)
+
+
+def bits(values: tuple[float, ...]) -> bytes:
+    return struct.pack(f"{len(values)}d", *values)
+
+
+@given(
+    step=st.floats(1e-4, 0.02),
+    lag=st.one_of(st.just(0.0), st.floats(1e-3, 0.2)),
+    n_steps=st.integers(0, 20),
+    moving=numbers(6, 50.0),
+    q_NB=quaternions,
+    w_NB_B=numbers(3, 30.0),
+    before=speeds,
+    commanded=speeds,
+    wind_N=numbers(3, 5.0),
+    thrust_scale=st.floats(0.0, 2.0),
+)
+def test_equal_to_the_last_bit(
+    step: float,
+    lag: float,
+    n_steps: int,
+    moving: tuple[float, ...],
+    q_NB: tuple[float, ...],
+    w_NB_B: tuple[float, ...],
+    before: tuple[float, ...],
+    commanded: tuple[float, ...],
+    wind_N: tuple[float, float, float],
+    thrust_scale: float,
+) -> None:
+    length = math.hypot(*q_NB)
+    state = (*moving, *(each / length for each in q_NB), *w_NB_B)
+    compiled, reference = (
+        kind(BODY, step, lag).after(n_steps, state, before, commanded, wind_N, thrust_scale)
+        for kind in (CompiledMotion, ReferenceMotion)
+    )
+    assert bits(compiled) == bits(reference)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.04])
+def test_a_motion_that_diverges_is_the_same_until_it_is_no_number(lag: float) -> None:
+    state = (1.0, 2.0, 3.0, 1e150, -1e120, 0.0, 0.1, 0.2, 0.3, math.sqrt(0.86), 1e140, -1e100, 2.0)
+    found = [state, state]
+    motions: list[Motion] = [CompiledMotion(BODY, 0.005, lag), ReferenceMotion(BODY, 0.005, lag)]
+    for _ in range(5):
+        found = [
+            motion.after(1, each, (500.0,) * 4, (430.0, 440.0, 450.0, 460.0), (0.3, -0.2, 0.1), 0.9)
+            for motion, each in zip(motions, found, strict=True)
+        ]
+        np.testing.assert_array_equal(*found)
+    assert not np.isfinite(found[0]).all()
+
+
+def test_without_a_compiler_there_is_a_warning_and_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(motion_kernel, "_library", motion_kernel._library.__wrapped__)  # nothing loaded yet
+    with pytest.warns(RuntimeWarning, match="no C compiler found"):
+        assert isinstance(make_motion(BODY, 0.005, 0.0), ReferenceMotion)
+
+
+def test_a_flight_is_the_same_with_and_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = paper_scenario(AGILE, "plant.rotor_time_constant_s=0.03", seed=4)
+    _, with_compiler = record(scenario, 25)
+    monkeypatch.setattr(relform_sim.plant, "make_motion", ReferenceMotion)
+    _, without = record(scenario, 25)
+    np.testing.assert_array_equal(all_speeds(with_compiler), all_speeds(without))
