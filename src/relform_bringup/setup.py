@@ -38,6 +38,7 @@ setup(
     entry_points={
         "console_scripts": [
             "bench_ros = relform_bringup.cpu_per_step:main",
+            "composed = relform_bringup.nodes.composed:main",
             "fly = relform_bringup.command:main",
         ]
     },

@@ -13,7 +13,7 @@ PYTHON = WORKSPACE / ".venv/bin/python"
 EXECUTABLES: dict[str, EntryPoint] = {
     entry.name: entry for entry in entry_points(group="console_scripts") if entry.value.startswith("relform_")
 }
-NODES = ("clock", "controller", "leader", "player", "quadrotor", "recorder")
+NODES = ("clock", "composed", "controller", "leader", "player", "quadrotor", "recorder")
 COMMANDS = (
     "accuracy", "bench", "bench_ros", "bench_solver", "bound", "check_playback", "fly", "foxglove",
     "paper", "record", "replay", "report",

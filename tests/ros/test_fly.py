@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
@@ -20,7 +21,10 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.replay.command import EQUAL
 from relform_analysis.replay.command import main as replay
+from relform_bags.from_bag import decode
+from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_core.load import load_scenario
+from relform_core.names import SOLVER
 from support.nodes import short
 from support.processes import processes_naming, wait_until
 from support.scenarios import PAPER
@@ -104,12 +108,13 @@ def fly(tmp_path: Path) -> Iterator[Callable[..., Fly]]:
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Fly]:
-    """Short flights: two with one seed, one without a recorder."""
+    """Short flights: three with one seed, one of them in one process; one without a recorder."""
     folder = tmp_path_factory.mktemp("flown")
     flights = {}
     for name, arguments in (
         ("first", ("--seed", "3")),
         ("second", ("--seed", "3")),
+        ("composed", ("--seed", "3", "--composed")),
         ("other", ("--seed", "4", "--no-record")),
     ):
         with Fly(folder / name, *arguments, overrides=(short(1.0),)) as flight:
@@ -160,6 +165,28 @@ def test_scenario_is_equal_with_ros_without_ros_and_replayed(fly: Callable[..., 
     assert replay([str(flight.folder)]) == EQUAL
 
 
+def test_composed_nodes_send_the_same_messages(flown: dict[str, Fly]) -> None:
+    """All but the times that the solver took."""
+    composed, apart = (recorded_messages(flown[name].folder) for name in ("composed", "first"))
+    assert len(apart[SOLVER]) == len(composed[SOLVER]) == 20
+    for topic in apart.keys() - {SOLVER}:
+        assert composed[topic] == apart[topic], topic
+    assert composed.keys() == apart.keys()
+    flight = flown["composed"]
+    assert flight.out.startswith("starting 6 nodes in 2 processes, ROS_DOMAIN_ID=")
+    logs = {path.name: path.read_text() for path in (flight.folder / "log").iterdir()}
+    assert logs == {"composed.log": "", "recorder.log": ""}
+
+
+def recorded_messages(run: Path) -> dict[str, list[str]]:
+    """Messages of a flight by topic, sorted, because writers of one topic have no order."""
+    messages = defaultdict(list)
+    for entry in read_bag(find_bag(run)):
+        if isinstance(entry, BagMessage):
+            messages[entry.topic].append(repr(decode(entry)))  # bytes between fields may differ
+    return {topic: sorted(each) for topic, each in messages.items()}
+
+
 def test_without_a_recorder(flown: dict[str, Fly]) -> None:
     flight = flown["other"]
     assert not (flight.folder / "bag").exists()
@@ -184,9 +211,9 @@ def test_existing_folder_is_not_changed(tmp_path: Path) -> None:
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.parametrize("when", ["early", "nodes", "in flight"])
+@pytest.mark.parametrize("when", ["early", "nodes", "in flight", "in flight, composed"])
 def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
-    flight = fly()
+    flight = fly(*(["--composed"] if "composed" in when else []))
     match when:
         case "early":
             wait_until(flight.folder.exists)
@@ -201,7 +228,7 @@ def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
     assert flight.err == "interrupted by SIGINT\n"
     summary = flight.summary
     assert (summary["outcome"], summary["reason"]) == ("interrupted", "interrupted by SIGINT")
-    if when == "in flight":
+    if "in flight" in when:
         assert summary["steps"] > 0
         assert f"open {flight.folder / 'report.html'}" in flight.out.splitlines()
         assert (flight.folder / "report.html").exists()
@@ -215,11 +242,12 @@ def test_interrupted(when: str, fly: Callable[..., Fly]) -> None:
         (("lib/relform_controller/controller",), "/formation/controller"),
         (("lib/relform_sim/clock",), "/sim/clock"),
         (("lib/relform_bags/recorder",), "/recorder"),
+        (("lib/relform_bringup/composed",), "the process of clock, quadrotors and controller"),
     ],
-    ids=["vehicle", "controller", "clock", "recorder"],
+    ids=["vehicle", "controller", "clock", "recorder", "composed"],
 )
 def test_lost_node_is_named(marks: tuple[str, ...], name: str, fly: Callable[..., Fly]) -> None:
-    flight = fly()
+    flight = fly(*(["--composed"] if "composed" in marks[0] else []))
     flight.in_the_air()
     os.kill(flight.node(*marks), signal.SIGKILL)
     assert flight.end() == EXIT_FAILED
@@ -244,9 +272,10 @@ def test_no_process_outlives_the_script(fly: Callable[..., Fly]) -> None:
     assert len(read_flight_log(flight.folder).phase) > 0
 
 
-def test_fault_ends_the_flight(fly: Callable[..., Fly]) -> None:
+@pytest.mark.parametrize("arguments", [(), ("--composed",)], ids=["apart", "composed"])
+def test_fault_ends_the_flight(arguments: tuple[str, ...], fly: Callable[..., Fly]) -> None:
     fall = "events=[{kind: thrust_scale, start_s: 0.5, end_s: 9.0, target: follower_2, scale: 0.2}]"
-    flight = fly(overrides=(LONG, fall))
+    flight = fly(*arguments, overrides=(LONG, fall))
     assert flight.end() == EXIT_FAULT
     summary = flight.summary
     assert summary["outcome"] == "fault"

@@ -30,18 +30,19 @@ class TestAnnouncements:
     def test_complete_when_all_awaited_have_finished(self) -> None:
         announcements = Announcements([A, B])
         announcements.add(done(A, 0, "/a/imu", "/formation/events"))
-        assert announcements.sent(0) is None
+        assert not announcements.complete(0)
         announcements.add(done(B, 0, "/b/imu", "/formation/events"))
+        assert announcements.complete(0)
         assert announcements.sent(0) == Counter(
             {("/a/imu", 0): 1, ("/b/imu", 0): 1, ("/formation/events", 0): 2}
         )
-        assert announcements.sent(1) is None
+        assert not announcements.complete(1)
 
     def test_a_ready_member_has_finished_no_step(self) -> None:
         announcements = Announcements([A])
         announcements.add(done(A, READY))
         announcements.add(done(A, READY))
-        assert announcements.sent(0) is None
+        assert not announcements.complete(0)
 
     def test_faults(self) -> None:
         announcements = Announcements([A, B])
@@ -59,7 +60,7 @@ class TestAnnouncements:
         assert announcements.sent(0) == Counter({("/a/imu", 0): 1})
         assert announcements.faulty(0)
         announcements.close(1)
-        assert announcements.sent(0) is None
+        assert not announcements.complete(0)
 
     @pytest.mark.parametrize(
         ("late", "reason"),

@@ -20,8 +20,8 @@ from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
 from relform_ros.lockstep import Done
 from relform_ros.lockstep_pacing import LockstepPacing
-from relform_ros.run_node import Spinner
 from relform_ros.sensors import sonar as sonar_wire
+from relform_ros.spinner import Spinner
 from relform_ros.step_done import done_to_msg
 from relform_ros.topics import topic_table
 from support.ros_nodes import node_maker
@@ -84,12 +84,16 @@ def flight() -> Iterator[Flight]:
 
 
 def test_a_delayed_measurement_is_gathered_in_the_step_in_which_it_arrives(flight: Flight) -> None:
-    flight.connect()
     gathered = []
-    for step, sonar_ns in enumerate([(0,), (), (PERIOD_NS, 2 * PERIOD_NS), (3 * PERIOD_NS,)]):
-        flight.step(step, sonar_ns)
-        assert next(flight.steps) == step
-        messages = flight.pacing.gather(step).messages
-        gathered.append([message.stamp_ns // PERIOD_NS for message in messages.get(SONAR, ())])
-        flight.pacing.done(step)
+
+    async def controller() -> None:
+        for step, sonar_ns in enumerate([(0,), (), (PERIOD_NS, 2 * PERIOD_NS), (3 * PERIOD_NS,)]):
+            flight.step(step, sonar_ns)
+            assert await anext(flight.steps) == step
+            messages = (await flight.pacing.gather(step)).messages
+            gathered.append([message.stamp_ns // PERIOD_NS for message in messages.get(SONAR, ())])
+            flight.pacing.done(step)
+
+    flight.connect()
+    flight.spinner.run([controller()])
     assert gathered == [[0], [], [1, 2], [3]]

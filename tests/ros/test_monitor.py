@@ -1,7 +1,7 @@
 """The monitor of a flight: flat memory, counted fallbacks, and a log that is complete."""
 
 import tracemalloc
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from relform_ros.odometry import odometry_to_msg
 from relform_ros.pacing import Gathered, Stamped
 from relform_ros.topics import Topic, topic_table
 from support.logs import odometry
+from support.ros_nodes import run_without_waiting
 from support.scenarios import paper_scenario
 
 SCENARIO = paper_scenario()
@@ -42,10 +43,11 @@ class MadeUpPacing:
     def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
         raise AssertionError("the monitor reads")
 
-    def steps(self) -> Iterator[int]:
-        yield from range(self._n_steps)
+    async def steps(self) -> AsyncIterator[int]:
+        for step in range(self._n_steps):
+            yield step
 
-    def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+    async def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
         stamp_ns = step * CONFIG.period_ns
         messages: dict[str, Any] = {
             vehicle_topic(vehicle, GROUND_TRUTH): odometry_to_msg(
@@ -72,7 +74,7 @@ class MadeUpPacing:
     ) -> None:
         assert not fault
 
-    def leave(self) -> None:
+    async def leave(self) -> None:
         raise AssertionError("the monitor sees the last step")
 
 
@@ -82,7 +84,7 @@ def watch(n_steps: int, folder: Path) -> tuple[Monitor, FlightLog, int]:
         monitor = Monitor(SCENARIO, MadeUpPacing(n_steps), store, lambda flight: None)
         tracemalloc.start()
         try:
-            monitor.run()
+            run_without_waiting(monitor.run())
             _, peak = tracemalloc.get_traced_memory()
         finally:
             tracemalloc.stop()

@@ -1,6 +1,6 @@
 """Nodes do not know how their steps are paced: they fly a script as they fly in lock-step."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import pytest
@@ -20,7 +20,7 @@ from relform_ros.telemetry import reference_from_msg, state_from_msg
 from relform_ros.topics import Topic
 from relform_sim.nodes.quadrotor import Quadrotor
 from support.nodes import short
-from support.ros_nodes import node_maker
+from support.ros_nodes import node_maker, run_without_waiting
 from support.scenarios import paper_scenario
 from support.wire import bits
 
@@ -50,12 +50,12 @@ class ScriptedPacing:
     def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
         raise AssertionError("neither vehicles nor controllers watch a topic")
 
-    def steps(self) -> Iterator[int]:
+    async def steps(self) -> AsyncIterator[int]:
         for step in range(len(self._script)):
             self._step = step
             yield step
 
-    def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+    async def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
         messages = self._script[step]
         wanted = [topic for topic in (self._decoders if topics is None else topics) if topic in messages]
         return Gathered({topic: (self._decoders[topic](messages[topic]),) for topic in wanted}, faulty=False)
@@ -73,7 +73,7 @@ class ScriptedPacing:
         assert not fault
         self.finished.append(step)
 
-    def leave(self) -> None:
+    async def leave(self) -> None:
         raise AssertionError("the script is complete")
 
 
@@ -123,7 +123,9 @@ def make_node() -> Iterator[Callable[[str], Node]]:
 def test_a_vehicle_flies_a_script(vehicle: str, script: Script, make_node: Callable[[str], Node]) -> None:
     scripted = ScriptedPacing(script)
     pacing: Pacing = scripted
-    Quadrotor(make_node(f"/{vehicle}/quadrotor"), vehicle, SCENARIO, ROSTER, pacing).run()
+    run_without_waiting(
+        Quadrotor(make_node(f"/{vehicle}/quadrotor"), vehicle, SCENARIO, ROSTER, pacing).run()
+    )
     assert scripted.finished == list(range(CONFIG.n_steps + 1))
     own = {
         vehicle_topic(vehicle, name)
@@ -139,7 +141,7 @@ def test_a_controller_flies_a_script(
     (controller,) = ROSTER.controllers
     scripted = ScriptedPacing(script)
     with one_blas_thread():
-        ControllerNode(make_node(CONTROLLER_NODE), SCENARIO, controller, scripted).run()
+        run_without_waiting(ControllerNode(make_node(CONTROLLER_NODE), SCENARIO, controller, scripted).run())
     assert scripted.finished == list(range(CONFIG.n_steps + 1))
     assert scripted.published[-1] == {}
     for step, published in zip(flight[:-1], scripted.published, strict=False):
@@ -160,16 +162,16 @@ def test_a_request_during_the_start_wait_is_kept(script: Script, make_node: Call
     requested, parameter, shown = [-1.25, -0.75, -0.5], "formation.follower_1", []
 
     class Looking(ScriptedPacing):
-        def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+        async def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
             shown.append(list(node.get_parameter(parameter).value))
-            return super().gather(step, topics)
+            return await super().gather(step, topics)
 
     scripted = Looking([without_imu, *script[1:]])
     with one_blas_thread():
         logic = ControllerNode(node, SCENARIO, controller, scripted)
         (result,) = node.set_parameters([Parameter(parameter, value=requested)])
         assert result.successful
-        logic.run()
+        run_without_waiting(logic.run())
     assert CONFIG.formations["initial"]["follower_1"] != tuple(requested)
     assert shown == [requested] * len(script)
     assert controller.state not in scripted.published[0]

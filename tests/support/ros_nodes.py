@@ -1,13 +1,14 @@
 """Nodes in the process of a test that leave nothing behind in their ROS domain."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
 from relform_core.names import split_node_name
+from relform_ros.spinner import Logic
 
 
 @contextmanager
@@ -35,3 +36,9 @@ def node_maker(domain_id: int | None = None) -> Iterator[Callable[[str], Node]]:
         for node in nodes:
             node.destroy_node()
         rclpy.shutdown(context=context)
+
+
+def run_without_waiting(logic: Logic) -> None:
+    """Run the logic of a node to its end, without callbacks; it must not wait."""
+    with suppress(StopIteration):
+        raise AssertionError(f"waits for at most {logic.send(None).poll_s} s")

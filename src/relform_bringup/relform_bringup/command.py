@@ -40,10 +40,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES)
     with interruption_noted() as interruption:
         scenario = load_scenario(options.scenario, options.overrides, options.seed)
-        check_installation(options.record)
+        check_installation(options.record, options.composed)
         with claimed_domain() as domain_id:
             folder = create_run_folder(scenario, options.out, datetime.now())
-            flown = Flight(scenario, folder, options.record, domain_id, interruption).fly(console)
+            flight = Flight(scenario, folder, options.record, options.composed, domain_id, interruption)
+            flown = flight.fly(console)
     match flown.ending:
         case Ending(Outcome.INTERRUPTED, reason):
             print(reason, file=sys.stderr)
@@ -79,7 +80,7 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
 def _parser() -> CommandParser:
     parser = CommandParser(
         prog="fly",
-        description="Fly a scenario with one process per node, recorded and scored.",
+        description="Fly a scenario with ROS nodes, recorded and scored.",
         epilog=EPILOG,
     )
     parser.add_argument(
@@ -100,4 +101,9 @@ def _parser() -> CommandParser:
         help="change a key of the scenario, as in controller.horizon_steps=10; may be repeated",
     )
     parser.add_argument("--no-record", action="store_false", dest="record", help="fly without a recorder")
+    parser.add_argument(
+        "--composed",
+        action="store_true",
+        help="run clock, quadrotors and controller in one process (default: one process per node)",
+    )
     return parser

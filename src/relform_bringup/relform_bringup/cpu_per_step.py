@@ -78,7 +78,7 @@ class Meter:
         return (self.last - self.first) * period / (self.wall_times[self.last] - self.wall_times[self.first])
 
 
-def measure(scenario: LoadedScenario, record: bool) -> Meter:
+def measure(scenario: LoadedScenario, record: bool, composed: bool) -> Meter:
     """Fly once.
 
     Raises:
@@ -91,7 +91,7 @@ def measure(scenario: LoadedScenario, record: bool) -> Meter:
         tempfile.TemporaryDirectory() as at,
     ):
         folder = create_run_folder(scenario, Path(at) / "flight", datetime.now())
-        flight = Flight(scenario, folder, record, domain, interruption, meter.read)
+        flight = Flight(scenario, folder, record, composed, domain, interruption, meter.read)
         flown = flight.fly(Console(quiet=True))
     if flown.ending.outcome is not Outcome.COMPLETED or meter.last not in meter.cpu_times:
         raise FlightError(f"the flight ended early: {flown.ending.reason}")
@@ -106,10 +106,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     least = FIRST_STEP + LEAVE_OUT + 1
     if scenario.config.n_steps < least:
         raise ConfigError(f"{options.scenario}: needs at least {least} steps (has {scenario.config.n_steps})")
-    check_installation(options.record)
+    check_installation(options.record, options.composed)
     # Each in a process of its own, because its monitor stays visible to other nodes until the process ends.
     with ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1) as pool:
-        flights = [pool.submit(measure, scenario, options.record) for _ in range(options.flights)]
+        arguments_of_flight = (scenario, options.record, options.composed)
+        flights = [pool.submit(measure, *arguments_of_flight) for _ in range(options.flights)]
         meters = [flight.result() for flight in flights]
     _print_table(scenario, meters)
     return 0
@@ -151,4 +152,5 @@ def _parser() -> CommandParser:
     )
     parser.add_argument("--flights", type=positive, default=3, metavar="N", help="number of flights (3)")
     parser.add_argument("--no-record", action="store_false", dest="record", help="fly without a recorder")
+    parser.add_argument("--composed", action="store_true", help="as the option of fly")
     return parser

@@ -1,4 +1,4 @@
-"""One flight: a process per node, which is watched to the end, and stopped in every case."""
+"""One flight: its processes, which are watched to the end, and stopped in every case."""
 
 import json
 import math
@@ -35,6 +35,8 @@ QUADROTOR = ("relform_sim", "quadrotor")
 CONTROLLER = ("relform_controller", "controller")
 CLOCK = ("relform_sim", "clock")
 RECORDER = ("relform_bags", "recorder")
+COMPOSED = ("relform_bringup", "composed")
+COMPOSED_NAME = "the process of clock, quadrotors and controller"
 WATCH_S = 0.02
 """Period at which the processes are checked."""
 END_S = 10.0
@@ -49,14 +51,15 @@ class FlownFlight:
     ending: Ending
 
 
-def check_installation(record: bool) -> None:
-    """Check that everything that a flight starts is installed.
+def check_installation(record: bool, composed: bool) -> None:
+    """Check that everything that a flight starts is installed; arguments as of ``Flight``.
 
     Raises:
         FlightError: something is not.
     """
     find_setpriv()
-    for package, name in (QUADROTOR, CONTROLLER, CLOCK, *((RECORDER,) if record else ())):
+    programs = (COMPOSED,) if composed else (QUADROTOR, CONTROLLER, CLOCK)
+    for package, name in (*programs, *((RECORDER,) if record else ())):
         executable(package, name)
 
 
@@ -66,6 +69,7 @@ class Flight:
     Args:
         folder: run folder with the effective configuration in it.
         record: whether a bag is recorded.
+        composed: whether clock, quadrotors and controller share a process.
         domain_id: ROS domain of the nodes.
         interruption: signals of the user, which end the flight.
         on_step: called at the end of each step with its number and the process ids of the nodes.
@@ -76,6 +80,7 @@ class Flight:
         scenario: LoadedScenario,
         folder: RunFolder,
         record: bool,
+        composed: bool,
         domain_id: int,
         interruption: Interruption,
         on_step: Callable[[int, Mapping[str, int]], None] | None = None,
@@ -87,6 +92,9 @@ class Flight:
         self._interruption = interruption
         self._observers = [RECORDER_NODE, MONITOR_NODE] if record else [MONITOR_NODE]
         self._supervisor = Supervisor(folder.log)
+        self._roster = Roster.of(scenario.config, self._observers)
+        self._composed = composed
+        self._clock: Child | None = None
         self._recorder: Child | None = None
         self._monitor: Monitor | None = None
         self._watched = -math.inf
@@ -102,8 +110,10 @@ class Flight:
             with FlightDisplay(console, self._scenario.config) as display:
                 try:
                     self._start()
-                    domain = f"ROS_DOMAIN_ID={self._domain_id}"
-                    display.message(f"starting {self._supervisor.size} nodes, {domain}")
+                    # The monitor, which is a member, runs in this process; the clock is no member.
+                    where = f" in {self._supervisor.size} processes" if self._composed else ""
+                    started = f"starting {len(self._roster.members)} nodes{where}"
+                    display.message(f"{started}, ROS_DOMAIN_ID={self._domain_id}")
                     self._watch_flight(display, store)
                 finally:
                     self._supervisor.stop(first=self._recorder)
@@ -126,27 +136,32 @@ class Flight:
             ROS_DOMAIN_ID=str(self._domain_id),
             ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST",
         )
-        roster = Roster.of(self._scenario.config, self._observers)
-        for vehicle in roster.vehicles:
-            namespace = f"__ns:=/{vehicle}"
-            self._start_node(vehicle_node(vehicle), QUADROTOR, "-r", namespace)
-        for controller in roster.controllers:
-            namespace = f"__ns:=/{controller.name}"
-            self._start_node(controller.node, CONTROLLER, "-r", namespace)
-        self._start_node(CLOCK_NODE, CLOCK)
+        if self._composed:
+            self._clock = self._start_nodes(COMPOSED_NAME, COMPOSED, log_name="composed")
+        else:
+            for vehicle in self._roster.vehicles:
+                self._start_nodes(vehicle_node(vehicle), QUADROTOR, "-r", f"__ns:=/{vehicle}")
+            for controller in self._roster.controllers:
+                self._start_nodes(controller.node, CONTROLLER, "-r", f"__ns:=/{controller.name}")
+            self._clock = self._start_nodes(CLOCK_NODE, CLOCK)
         if RECORDER_NODE in self._observers:
             output = f"output:={json.dumps(str(self._folder.bag))}"
             # If this process is killed, the kernel sends SIGINT to the recorder, which then closes the bag.
-            self._recorder = self._start_node(RECORDER_NODE, RECORDER, "-p", output, dies_by="INT")
+            self._recorder = self._start_nodes(RECORDER_NODE, RECORDER, "-p", output, dies_by="INT")
 
-    def _start_node(
-        self, node: str, program: tuple[str, str], *arguments: str, dies_by: str = "KILL"
+    def _start_nodes(
+        self,
+        name: str,
+        program: tuple[str, str],
+        *arguments: str,
+        dies_by: str = "KILL",
+        log_name: str | None = None,
     ) -> Child:
         command = [executable(*program), "--ros-args", "--disable-external-lib-logs"]
         # The values are YAML; JSON is YAML too, and quotes any path correctly.
         for parameter, value in (("scenario", str(self._folder.config)), ("observers", self._observers)):
             command += ["-p", f"{parameter}:={json.dumps(value)}"]
-        return self._supervisor.start(node, [*command, *arguments], dies_by)
+        return self._supervisor.start(name, [*command, *arguments], dies_by, log_name)
 
     def _watch_flight(self, display: FlightDisplay, store: MessageStore) -> None:
         self._interruption.check()
@@ -158,9 +173,9 @@ class Flight:
             if self._on_step is not None:
                 self._on_step(monitor.step, self._supervisor.pids)
 
-        with monitoring(self._scenario, self._observers, store, show, self._watch) as monitor:
+        with monitoring(self._scenario, self._observers, store, show, self._watch) as (monitor, spinner):
             self._monitor = monitor
-            monitor.run()
+            spinner.run([monitor.run()])
             deadline = time.monotonic() + END_S
             while running := self._supervisor.running():
                 self._watch()
@@ -183,7 +198,7 @@ class Flight:
                 raise FlightError(self._loss(child))
 
     def _loss(self, child: Child) -> str:
-        if child.name == CLOCK_NODE and child.exit_code() in (NodeExit.SILENT_MEMBER, NodeExit.MEMBER_FAULT):
+        if child is self._clock and child.exit_code() in (NodeExit.SILENT_MEMBER, NodeExit.MEMBER_FAULT):
             return child.last_words().removeprefix(f"{CLOCK_NODE}: ")
         step = -1 if self._monitor is None else self._monitor.step
         if step < 0:

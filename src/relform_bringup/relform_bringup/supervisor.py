@@ -22,7 +22,7 @@ class Child:
         """Start it.
 
         Args:
-            name: fully qualified name of its node.
+            name: fully qualified name of its node, or what it is called in messages.
             log: file for its output.
         Raises:
             FlightError: it cannot be started.
@@ -77,16 +77,19 @@ class Supervisor:
         self._log = log
         self._children: list[Child] = []
 
-    def start(self, name: str, command: Sequence[str], dies_by: str = "KILL") -> Child:
+    def start(
+        self, name: str, command: Sequence[str], dies_by: str = "KILL", log_name: str | None = None
+    ) -> Child:
         """Start a process.
 
         Args:
-            name: fully qualified name of its node.
+            name: fully qualified name of its node, or what it is called in messages.
+            log_name: of the file of its output; None: as its node is called.
             dies_by: name of the signal that the kernel sends to it when this process dies, even by SIGKILL.
         Raises:
             FlightError: it cannot be started, or this system has no setpriv.
         """
-        log = self._log / f"{name.strip('/').replace('/', '.')}.log"
+        log = self._log / f"{log_name or name.strip('/').replace('/', '.')}.log"
         child = Child(name, [find_setpriv(), "--pdeathsig", dies_by, "--", *command], log)
         self._children.append(child)
         return child

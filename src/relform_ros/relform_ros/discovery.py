@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from relform_core.errors import ConfigError
 from relform_ros.endpoints import Endpoints
-from relform_ros.run_node import Spinner
+from relform_ros.spinner import until
 
 DISCOVERY_POLL_S = 0.01
 """No event wakes a node when its picture of the graph changes, so during discovery it polls this often."""
@@ -15,24 +15,26 @@ DISCOVERY_PATIENCE_S = 5.0
 """After this time a node prints which nodes it is waiting for. It keeps waiting; only the clock gives up."""
 
 
-def discover(
-    name: str, endpoints: Endpoints, spinner: Spinner, is_ready: Callable[[], bool] = lambda: True
-) -> None:
+async def discover(name: str, endpoints: Endpoints, is_ready: Callable[[], bool] = lambda: True) -> None:
     """Wait until a node's partners are connected and it is ready; name the missing ones once, after a while.
 
     Raises:
         StopRequestedError: by a signal.
     """
     deadline = time.monotonic() + DISCOVERY_PATIENCE_S
-    unmatched = endpoints.unmatched()
-    while not is_ready() or unmatched:
-        spinner.once(DISCOVERY_POLL_S)
+    unmatched: set[str] | None = None
+
+    def is_over() -> bool:
+        nonlocal deadline, unmatched
         unmatched = endpoints.unmatched(among=unmatched)
         if unmatched and time.monotonic() > deadline:
             deadline = math.inf
             absent = {node for topic in unmatched for node in endpoints.absent(topic)}
             awaited = absent or {node for topic in unmatched for node in endpoints.partners(topic)}
             print(f"{name}: still waiting for {', '.join(sorted(awaited))}", file=sys.stderr)
+        return is_ready() and not unmatched
+
+    await until(is_over, DISCOVERY_POLL_S)
 
 
 def check_name(name: str, known: Sequence[str]) -> None:

@@ -13,6 +13,7 @@ from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from relform_core.names import CLOCK
+from relform_ros.intra_process import IntraProcess
 from relform_ros.raw import subscribe_raw
 from relform_ros.rejection import RejectionError, Rejections
 from relform_ros.topics import Topic
@@ -21,12 +22,16 @@ from relform_ros.topics import Topic
 class Endpoints:
     """The topics that a node writes and reads."""
 
-    def __init__(self, node: Node, topics: Mapping[str, Topic]) -> None:
+    def __init__(
+        self, node: Node, topics: Mapping[str, Topic], intra_process: IntraProcess | None = None
+    ) -> None:
+        """``intra_process``: what the nodes of this process exchange; None: nothing."""
         self.rejections = Rejections()
         """Of the messages that were read."""
         self._node = node
         self._name = node.get_fully_qualified_name()
         self._topics = topics
+        self._intra_process = intra_process or IntraProcess(())
         self._publishers: dict[str, Publisher] = {
             topic.name: node.create_publisher(topic.type, topic.name, topic.qos)
             for topic in topics.values()
@@ -42,6 +47,7 @@ class Endpoints:
     def publish(self, topic: str, message: Any) -> None:
         """Send a message on a topic that this node writes by the table."""
         self._publishers[topic].publish(message)
+        self._intra_process.publish(topic, message)
 
     def subscribe_raw(self, topic: str, callback: Callable[[bytes, int], None]) -> None:
         """Read a topic without decoding it.
@@ -73,7 +79,10 @@ class Endpoints:
                 self.rejections.count(topic, rejected)
 
         entry = self._topics[topic]
-        self._subscriptions[topic] = self._node.create_subscription(entry.type, topic, take, entry.qos)
+        if self._intra_process.exchanges(entry.writers):
+            self._intra_process.subscribe(topic, take)
+        else:
+            self._subscriptions[topic] = self._node.create_subscription(entry.type, topic, take, entry.qos)
 
     def unmatched(self, among: Iterable[str] | None = None) -> set[str]:
         """Topics with writers or readers that this node has not discovered yet.
@@ -92,7 +101,7 @@ class Endpoints:
         """The other nodes that write or read a topic."""
         entry = self._topics[topic]
         writers = entry.writers if topic in self._subscriptions else ()
-        readers = entry.readers if topic in self._publishers else ()
+        readers = self._readers_outside(topic) if topic in self._publishers else ()
         return {*writers, *readers} - {self._name}
 
     def absent(self, topic: str) -> set[str]:
@@ -133,10 +142,16 @@ class Endpoints:
         if publisher is None:
             return True
         found = self._node.get_subscriptions_info_by_topic(topic)
-        return set(self._topics[topic].readers) <= _full_names(found) and (
+        return self._readers_outside(topic) <= _full_names(found) and (
             publisher.get_subscription_count()
             >= sum(_compatible(publisher.qos_profile, info.qos_profile) for info in found)
         )
+
+    def _readers_outside(self, topic: str) -> set[str]:
+        """The readers of a topic that need a connection."""
+        entry = self._topics[topic]
+        inside = self._intra_process.nodes if self._intra_process.exchanges(entry.writers) else ()
+        return set(entry.readers).difference(inside)
 
     def _subscription_matched(self, topic: str) -> bool:
         subscription = self._subscriptions.get(topic)

@@ -108,12 +108,13 @@ class Announcements:
             raise RejectionError(Reason.DUPLICATE, f"{done.node} has finished step {done.step} before")
         step[done.node] = done
 
-    def sent(self, step: int) -> Counter[tuple[str, int]] | None:
-        """Number of messages of a step by topic and stamp [ns]; None until all awaited have finished it."""
-        done = self._steps[step].values()
-        if len(done) < len(self._awaited):
-            return None
-        return Counter(message for each in done for message in each.sent)
+    def complete(self, step: int) -> bool:
+        """Whether all awaited members have finished a step."""
+        return len(self._steps[step]) == len(self._awaited)
+
+    def sent(self, step: int) -> Counter[tuple[str, int]]:
+        """Number of messages of a step by topic and stamp [ns], of the members that have finished it."""
+        return Counter(message for done in self._steps[step].values() for message in done.sent)
 
     def faulty(self, step: int) -> bool:
         """Whether an awaited member has reported that it cannot continue."""

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -24,7 +24,7 @@ from relform_ros.lockstep import JOINED, READY, Announcements, Done, StepInbox, 
 from relform_ros.pacing import Gathered, Stamped
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import Reason, RejectionError
-from relform_ros.run_node import Spinner
+from relform_ros.spinner import Spinner, until
 from relform_ros.step_done import done_from_msg, done_to_msg
 from relform_ros.topics import Topic, topic_table
 
@@ -57,7 +57,7 @@ class LockstepPacing:
         check_name(self._name, roster.members)
         self._place = roster.members.index(self._name)
         self._configuration = configuration_of(scenario, roster)
-        self._endpoints = Endpoints(node, topic_table(config, roster))
+        self._endpoints = Endpoints(node, topic_table(config, roster), spinner.intra_process)
         readable = {topic.name for topic in self.readable}
         awaited = [member for member in roster.members if step_done_topic(member) in readable]
         self._announcements = Announcements(awaited)
@@ -67,7 +67,6 @@ class LockstepPacing:
         """Topics whose number of messages per step is announced."""
         self._inboxes: dict[str, StepInbox[Stamped | None]] = {}
         self._watched: set[str] = set()
-        self._spinner = spinner
         self._period_ns = config.period_ns
         self._lead = config.command_lead_steps
         self._n_steps = config.n_steps
@@ -113,27 +112,27 @@ class LockstepPacing:
 
         self._endpoints.subscribe_raw(topic, take_and_count)
 
-    def steps(self) -> Iterator[int]:
+    async def steps(self) -> AsyncIterator[int]:
         """See ``Pacing``: joins the flight, then yields each step when the clock has reached it."""
         joined = Done(self._name, JOINED, (), "", self._configuration)
         self._endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
-        discover(self._name, self._endpoints, self._spinner)
+        await discover(self._name, self._endpoints)
         self._send_done(READY, stamp_ns=0, fault="")
         for step in range(self._n_steps + 1):
-            self._wait(lambda: self._newest_tick >= step)  # noqa: B023  # called before the loop continues
+            await self._wait(lambda: self._newest_tick >= step)  # noqa: B023  # not called later
             yield step
-        self.leave()
+        await self.leave()
 
-    def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+    async def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
         """See ``Pacing``."""
         topics = tuple(self._inboxes if topics is None else topics)
         due = {topic: {step * self._period_ns: 1} for topic in topics if topic not in self._announced}
         announced, faulty = self._announced.intersection(topics), False
         if announced:
-            due |= self._wait_for_announcements(step, announced)
+            due |= await self._wait_for_announcements(step, announced)
             faulty = self._announcements.faulty(step)
             self._announcements.close(step)
-        self._wait(lambda: all(self._inboxes[topic].has(stamps) for topic, stamps in due.items()))
+        await self._wait(lambda: all(self._inboxes[topic].has(stamps) for topic, stamps in due.items()))
         taken = {topic: self._inboxes[topic].take(step, due[topic]) for topic in topics}
         messages = {
             topic: tuple(each) for topic, each in taken.items() if each and topic not in self._watched
@@ -164,25 +163,26 @@ class LockstepPacing:
         self._sent += [(topic, stamp_ns) for topic in self._promised]
         self._send_done(step, stamp_ns, fault)
 
-    def leave(self) -> None:
+    async def leave(self) -> None:
         """See ``Pacing``."""
         self._endpoints.wait_until_received(FAREWELL_S)
-        time.sleep(self._place * LEAVE_APART_S)
+        end = time.monotonic() + self._place * LEAVE_APART_S
+        await until(lambda: time.monotonic() >= end, LEAVE_APART_S)
 
-    def _wait(self, condition: Callable[[], bool]) -> None:
-        while not condition():
-            self._turn()
+    async def _wait(self, condition: Callable[[], bool]) -> None:
+        def holds() -> bool:
+            if condition():
+                return True
+            self._look_for_clock()
+            return False
 
-    def _turn(self) -> None:
-        self._spinner.once()
-        self._look_for_clock()
+        await until(holds)
 
-    def _wait_for_announcements(self, step: int, topics: Iterable[str]) -> dict[str, dict[int, int]]:
+    async def _wait_for_announcements(self, step: int, topics: Iterable[str]) -> dict[str, dict[int, int]]:
         """Number of messages that were sent in a step on some topics, by topic and stamp [ns]."""
-        while (sent := self._announcements.sent(step)) is None:
-            self._turn()
+        await self._wait(lambda: self._announcements.complete(step))
         due: dict[str, dict[int, int]] = {topic: {} for topic in topics}
-        for (topic, stamp_ns), number in sent.items():
+        for (topic, stamp_ns), number in self._announcements.sent(step).items():
             if topic in due:
                 due[topic][stamp_ns] = number
         return due

@@ -4,7 +4,7 @@ A node reads topics, loops over ``steps``, gathers the messages of a step, publi
 that it is done. Whether it waits for others meanwhile, and for how long, is up to the implementation.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -51,7 +51,7 @@ class Pacing(Protocol):
             take: takes the serialized message and the wall time at which it was published [ns].
         """
 
-    def steps(self) -> Iterator[int]:
+    def steps(self) -> AsyncIterator[int]:
         """The steps of the flight, each when it begins for this node.
 
         Raises:
@@ -59,7 +59,7 @@ class Pacing(Protocol):
             StopRequestedError: by a signal.
         """
 
-    def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+    async def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
         """The messages that are due in a step; a message may be older than the step in which it is due.
 
         Args:
@@ -88,5 +88,5 @@ class Pacing(Protocol):
             report: called for what the node adds to its diagnostics, in the steps that have some.
         """
 
-    def leave(self) -> None:
+    async def leave(self) -> None:
         """Wait until the others have received what this node sent, when it ends before the last step."""

@@ -65,13 +65,16 @@ def doubles(value: Any) -> Any:
 def read_only(
     node: Node, name: str, default: T, description: str, bounds: tuple[float, float] | None = None
 ) -> T:
-    """Declare a parameter that cannot be changed later, and read it.
+    """Declare a parameter that cannot be changed later if it is not declared yet, and read it.
 
     Args:
         bounds: least and greatest value of a number.
     Raises:
         ConfigError: one line: the given value cannot be used.
     """
+    if node.has_parameter(name):
+        declared: T = node.get_parameter(name).value
+        return declared
     descriptor = ParameterDescriptor(description=description, read_only=True)
     if bounds is not None:
         descriptor.floating_point_range = [FloatingPointRange(from_value=bounds[0], to_value=bounds[1])]

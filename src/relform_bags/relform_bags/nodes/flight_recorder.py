@@ -14,7 +14,7 @@ from relform_core.load import LoadedScenario
 from relform_core.names import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
 from relform_ros.pacing import Pacing
 from relform_ros.raw import raw_stamp_ns
-from relform_ros.run_node import Spinner
+from relform_ros.spinner import Spinner
 from relform_ros.topics import Topic
 
 
@@ -28,7 +28,7 @@ class FlightRecorder:
         self._options = read_options(node, RecorderOptions)
         self._pacing = pacing
 
-    def run(self) -> None:
+    async def run(self) -> None:
         """Record to the end of the flight.
 
         Raises:
@@ -41,27 +41,27 @@ class FlightRecorder:
         }
         bag = OpenBag(self._node, self._spinner, self._options, attachments)
         try:
-            self._record(bag)
+            await self._record(bag)
         finally:
             bag.close()
 
-    def _record(self, bag: OpenBag) -> None:
+    async def _record(self, bag: OpenBag) -> None:
         pacing, chosen = self._pacing, self._options.selection
         types = {topic.name: _type_name(topic) for topic in pacing.readable}
         topics = {name: type_name for name, type_name in types.items() if chosen.takes(name, type_name)}
         for name, type_name in topics.items():
             pacing.watch(name, partial(_take, bag, name, type_name))
-        for step in pacing.steps():
+        async for step in pacing.steps():
             for name, type_name in topics.items() if step == 0 else ():  # also topics without messages
                 bag.add_topic(name, type_name)
-            pacing.gather(step)
+            await pacing.gather(step)
             if bag.is_full:
                 self._spinner.drain(QUIET_S)  # take the messages of nodes that this one does not wait for
                 try:
                     bag.close()
                 except BagError as error:
                     pacing.done(step, fault=str(error))
-                    pacing.leave()
+                    await pacing.leave()
                     raise
             pacing.done(step)
 

@@ -15,7 +15,7 @@ from relform_bags.options import RecorderOptions
 from relform_bags.writer import BagWriter
 from relform_core.errors import BagError, ConfigError
 from relform_core.units import NANOSECONDS_PER_SECOND
-from relform_ros.run_node import Spinner
+from relform_ros.spinner import Spinner
 
 FLUSH_EVERY_S = 0.5
 """Wall time; the most that a kill of the recorder can lose."""

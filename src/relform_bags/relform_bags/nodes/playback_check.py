@@ -19,7 +19,7 @@ from relform_core.errors import BagError
 from relform_core.installed import executable
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.raw import subscribe_raw
-from relform_ros.run_node import Spinner
+from relform_ros.spinner import Spinner
 
 QOS = QoSProfile(depth=10_000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SUBSCRIBERS_MAX_S = 30.0

@@ -23,7 +23,8 @@ from relform_bags.timeline import Timeline
 from relform_core.errors import BagError, ConfigError
 from relform_core.names import CLOCK, PLAYER_NODE, split_node_name
 from relform_ros.fields import stamp_to_msg
-from relform_ros.run_node import Spinner, run_node
+from relform_ros.run_node import run_node
+from relform_ros.spinner import Spinner
 
 KEY_LATENCY_S = 0.05
 RATE_STEP = 0.1
@@ -65,7 +66,7 @@ class Player:
         self._clock_before = {topic for topic in self._publishers if self._options.has_clock_before(topic)}
         self._clock = self._create_clock()
 
-    def run(self) -> None:
+    async def run(self) -> None:
         """Play to the end, or until a signal arrives."""
         with terminal_keyboard(self._options.keyboard) as keyboard:
             self._log(f"Set rate to {self._options.rate:g}")

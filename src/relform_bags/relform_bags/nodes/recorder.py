@@ -11,7 +11,8 @@ from relform_core.names import RECORDER_NODE, split_node_name
 from relform_core.roster import Roster
 from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.parameters import read_observers, read_scenario
-from relform_ros.run_node import Runnable, Spinner, run_node
+from relform_ros.run_node import Runnable, run_node
+from relform_ros.spinner import Spinner
 
 
 def build_recorder(node: Node, spinner: Spinner) -> Runnable:

@@ -19,7 +19,7 @@ from relform_core.errors import BagError
 from relform_core.installed import software_versions
 from relform_core.names import VERSIONS_ATTACHMENT
 from relform_ros.raw import subscribe_raw
-from relform_ros.run_node import Spinner, StopRequestedError
+from relform_ros.spinner import Spinner, StopRequestedError
 
 DISCOVERY_PERIOD_S = 0.1
 DEPTH = 1000
@@ -41,7 +41,7 @@ class TopicRecorder:
         self._subscriptions: dict[str, Subscription] = {}
         self._refused: set[str] = set()
 
-    def run(self) -> None:
+    async def run(self) -> None:
         """Record until a signal arrives.
 
         Raises:

@@ -33,7 +33,7 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.pacing import Pacing
 from relform_ros.raw import raw_stamp_ns
-from relform_ros.run_node import Spinner
+from relform_ros.spinner import Spinner
 
 RECENT_STEPS = 3
 """Among the messages of this many steps is one step of which all have arrived."""
@@ -65,17 +65,17 @@ class Monitor:
         for topic in self._types:
             pacing.read(topic, decode=_Serialized, raw=True)
 
-    def run(self) -> None:
+    async def run(self) -> None:
         """Watch the flight to its end.
 
         Raises:
             StopRequestedError: by a signal.
         """
-        for step in self._pacing.steps():
+        async for step in self._pacing.steps():
             self._now = time.perf_counter()
             if step == 0:
                 self._began = self._now
-            for topic, messages in self._pacing.gather(step).messages.items():
+            for topic, messages in (await self._pacing.gather(step)).messages.items():
                 for message in messages:
                     self._keep(topic, message.data)
             self.step = step
@@ -146,12 +146,13 @@ def monitoring(
     store: MessageStore,
     on_step: Callable[[Monitor], None],
     watch: Callable[[], None],
-) -> Iterator[Monitor]:
-    """A monitor in this process, while the block runs; it calls ``watch`` repeatedly while it waits."""
+) -> Iterator[tuple[Monitor, Spinner]]:
+    """A monitor in this process, while the block runs, and what runs it; calls ``watch`` while it waits."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = rclpy.create_node(split_node_name(MONITOR_NODE)[1], enable_rosout=False)
-        pacing = LockstepPacing(node, Spinner(node, watch), scenario, Roster.of(scenario.config, observers))
-        yield Monitor(scenario, pacing, store, on_step)
+        spinner = Spinner(node, watch=watch)
+        pacing = LockstepPacing(node, spinner, scenario, Roster.of(scenario.config, observers))
+        yield Monitor(scenario, pacing, store, on_step), spinner
     finally:
         try_shutdown()

@@ -42,8 +42,9 @@ from relform_ros.live_parameters import LiveParameters
 from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
-from relform_ros.run_node import Runnable, Spinner, run_node
+from relform_ros.run_node import Runnable, run_node
 from relform_ros.sensors.wire import wire
+from relform_ros.spinner import Spinner
 from relform_ros.telemetry import reference_to_msg, solver_to_msg, state_to_msg
 
 RENAMED = "leader: warning: this executable is now called controller: ros2 run relform_controller controller"
@@ -85,7 +86,7 @@ class ControllerNode:
                 pacing.read(topic, partial(wire(source).from_msg, vehicle=vehicle, team=self._team.vehicles))
         node.create_service(SetFormation, "set_formation", self._on_set_formation)
 
-    def run(self) -> None:
+    async def run(self) -> None:
         """Control the flight.
 
         Raises:
@@ -93,8 +94,8 @@ class ControllerNode:
                 is over too early.
             StopRequestedError: by a signal.
         """
-        for step in self._pacing.steps():
-            gathered = self._pacing.gather(step)
+        async for step in self._pacing.steps():
+            gathered = await self._pacing.gather(step)
             is_over = step == self._n_steps or gathered.faulty
             decision = None if is_over else self._decide(step, gathered.messages)
             promised = self._telemetry if isinstance(decision, Decision) else ()

@@ -24,7 +24,8 @@ from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
 from relform_ros.lockstep_pacing import configuration_of
 from relform_ros.parameters import read_observers, read_only, read_scenario
-from relform_ros.run_node import Spinner, run_node
+from relform_ros.run_node import run_node
+from relform_ros.spinner import Spinner, until
 from relform_ros.step_done import done_from_msg
 from relform_ros.topics import topic_table
 
@@ -44,9 +45,8 @@ class ClockServer:
         self._name = node.get_fully_qualified_name()
         check_name(self._name, (CLOCK_NODE,))
         self._node = node
-        self._spinner = spinner
         self._config = config
-        self._endpoints = Endpoints(node, topic_table(config, roster))
+        self._endpoints = Endpoints(node, topic_table(config, roster), spinner.intra_process)
         self._members = roster.members
         for member in self._members:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
@@ -61,7 +61,7 @@ class ClockServer:
             now=time.monotonic,
         )
 
-    def run(self) -> None:
+    async def run(self) -> None:
         """Tick until the flight is over.
 
         Raises:
@@ -72,14 +72,14 @@ class ClockServer:
             StopRequestedError: by a signal.
         """
         try:
-            self._tick()
+            await self._tick()
         except SilentNodeError as error:
             # Most late members wait for another one themselves. That one may have reported to the clock and
             # fallen silent before its message to the others.
-            raise SilentNodeError(error.what, self._unresponsive() or error.nodes) from None
+            raise SilentNodeError(error.what, await self._unresponsive() or error.nodes) from None
 
-    def _tick(self) -> None:
-        discover(self._name, self._endpoints, self._spinner, is_ready=self._barrier.complete)
+    async def _tick(self) -> None:
+        await discover(self._name, self._endpoints, is_ready=self._barrier.complete)
         if intruders := self._endpoints.intruders():
             raise FlightError(f"{'; '.join(intruders)}: stop the nodes that do not belong to this flight")
         while (step := self._barrier.advance()) <= self._config.n_steps:
@@ -88,29 +88,36 @@ class ClockServer:
             if is_due(step, self._config.period_ns):
                 rejections = self._endpoints.rejections
                 self._endpoints.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, {}))
-            self._spinner.until(self._barrier.complete)
+            await until(self._barrier.complete)
 
-    def _unresponsive(self) -> list[str]:
+    async def _unresponsive(self) -> list[str]:
         """The members that do not answer a request for a parameter."""
         clients = {
             name: self._node.create_client(GetParameters, f"{name}/get_parameters") for name in self._members
         }
         answers: dict[str, Future] = {}
         deadline = time.monotonic() + ANSWER_S
-        while time.monotonic() < deadline and not all(
-            name in answers and answers[name].done() for name in self._members
-        ):
+
+        def is_over() -> bool:
             for name in self._members:
                 if name not in answers and clients[name].service_is_ready():
                     answers[name] = clients[name].call_async(GetParameters.Request(names=["scenario"]))
-            self._spinner.once(DISCOVERY_POLL_S)
+            answered = all(name in answers and answers[name].done() for name in self._members)
+            return answered or time.monotonic() > deadline
+
+        await until(is_over, DISCOVERY_POLL_S)
         return [name for name in self._members if name not in answers or not answers[name].done()]
 
     def _on_step_done(self, member: str, msg: StepDone) -> None:
         self._barrier.add(done_from_msg(msg, member))
 
 
+def create_clock() -> Node:
+    """The node, without its logic."""
+    namespace, name = split_node_name(CLOCK_NODE)
+    return rclpy.create_node(name, namespace=namespace)
+
+
 def main() -> int:
     """Run the node."""
-    namespace, name = split_node_name(CLOCK_NODE)
-    return run_node(lambda: rclpy.create_node(name, namespace=namespace), ClockServer, EXIT_CODES)
+    return run_node(create_clock, ClockServer, EXIT_CODES)

@@ -20,8 +20,9 @@ from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.odometry import odometry_from_msg, odometry_to_msg
 from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
-from relform_ros.run_node import Runnable, Spinner, run_node
+from relform_ros.run_node import Runnable, run_node
 from relform_ros.sensors.wire import wire
+from relform_ros.spinner import Spinner
 from relform_sim.vehicle import Vehicle
 
 
@@ -54,18 +55,18 @@ class Quadrotor:
         for topic, other in self._truth_topics.items():
             pacing.read(topic, partial(odometry_from_msg, vehicle=other))
 
-    def run(self) -> None:
+    async def run(self) -> None:
         """Fly the scenario.
 
         Raises:
             FlightError: the flight is over before its last step.
             StopRequestedError: by a signal.
         """
-        for step in self._pacing.steps():
+        async for step in self._pacing.steps():
             self._apply_parameters(step)
-            truth = self._vehicle.advance(step, self._command(step - 1))
+            truth = self._vehicle.advance(step, await self._command(step - 1))
             self._publish(GROUND_TRUTH, odometry_to_msg(truth, self._name))
-            ground_truth = self._others_truth(step) | {self._name: truth}
+            ground_truth = await self._others_truth(step) | {self._name: truth}
             self._publish_measurements(self._vehicle.measure(step, ground_truth))
             fault = self._vehicle.fault(step, ground_truth) or ""
             if fault:
@@ -80,16 +81,16 @@ class Quadrotor:
         if step == self._n_steps:
             self._parameters.close()
 
-    def _command(self, step: int) -> RotorCommand | None:
+    async def _command(self, step: int) -> RotorCommand | None:
         """The command of a step; None if the controller sent none."""
         if step < 0:
             return None
-        messages = self._pacing.gather(step, [self._command_topic]).messages
+        messages = (await self._pacing.gather(step, [self._command_topic])).messages
         commands: tuple[RotorCommand, ...] = messages.get(self._command_topic, ())
         return commands[-1] if commands else None
 
-    def _others_truth(self, step: int) -> dict[str, Odometry]:
-        messages = self._pacing.gather(step, self._truth_topics).messages
+    async def _others_truth(self, step: int) -> dict[str, Odometry]:
+        messages = (await self._pacing.gather(step, self._truth_topics)).messages
         return {self._truth_topics[topic]: truth for topic, (truth,) in messages.items()}
 
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
