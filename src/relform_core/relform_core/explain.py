@@ -42,6 +42,8 @@ class Origins:
     """Path of the scenario file; empty: no file, a key is located by its name alone."""
     files: dict[str, str] = field(default_factory=dict)
     """Path of the file of each section that is in a file."""
+    in_scenario: set[KeyPath] = field(default_factory=set)
+    """Keys of these sections that the scenario replaces."""
     overrides: set[KeyPath] = field(default_factory=set)
     """Keys that were set on the command line."""
 
@@ -49,7 +51,7 @@ class Origins:
         """Where to look for a key: its file or ``--set``, and its name there."""
         if any(key[: len(override)] == override for override in self.overrides):
             return f"--set {'.'.join(key)}"
-        if key and key[0] in self.files:
+        if key and key[0] in self.files and key[:2] not in self.in_scenario:
             file, key = self.files[key[0]], key[1:]
         else:
             file = self.scenario

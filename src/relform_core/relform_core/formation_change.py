@@ -96,6 +96,9 @@ class FormationChanges:
         """
         if self._config.controller.formation_change is None:  # older versions flew everything
             return None
+        separation = self._config.controller.constraints.separation
+        if separation is not None and separation.min >= self._config.vehicle.separation_min:
+            return None  # the vehicles fly around each other
         if problem := self._too_close(change, None):
             return problem
         for next_step, phase in self.by_step.items():

@@ -1,8 +1,9 @@
 """Load a scenario from YAML: resolve the files it names, apply overrides, validate.
 
 A scenario names its vehicle, sensors and controller by the path of another file, relative to its own, or by
-the plain name of an installed file. The *effective configuration* is the same scenario with these files, the
-overrides and the seed written in; it is a scenario file too.
+the plain name of an installed file. A section with the key ``file`` reads this file, and its other keys
+replace those in the file. The *effective configuration* is the same scenario with these files, the overrides
+and the seed written in; it is a scenario file too.
 """
 
 import hashlib
@@ -112,13 +113,21 @@ def _load(
 
 def _resolve_section(tree: dict[str, Any], section: str, folder: Path, origins: Origins) -> None:
     """Replace the reference to a section's file by what the file holds."""
-    if isinstance(reference := tree.get(section), str):
+    written = tree.get(section)
+    replaced: dict[str, Any] = {}
+    if isinstance(written, dict) and "file" in written:
+        replaced = {key: value for key, value in written.items() if key != "file"}
+        written = written["file"]
+        if not isinstance(written, str):
+            raise ConfigError(f"{origins.locate((section, 'file'))}: must be text (got {written!r})")
+    if isinstance(written, str):
         try:
-            path = find_config(section, reference, folder)
+            path = find_config(section, written, folder)
         except ConfigError as error:
             raise ConfigError(f"{origins.locate((section,))}: {error}") from None
-        tree[section] = read_mapping(path)
+        tree[section] = {**read_mapping(path), **replaced}
         origins.files[section] = str(path)
+        origins.in_scenario.update((section, key) for key in replaced)
 
 
 def _apply_override(tree: dict[str, Any], override: str, folder: Path, origins: Origins) -> None:
@@ -154,6 +163,7 @@ def _override_file(tree: dict[str, Any], section: str, reference: str, origins: 
     path = Path(os.path.abspath(path))
     tree[section] = read_mapping(path)
     origins.files[section] = str(path)
+    origins.in_scenario = {key for key in origins.in_scenario if key[0] != section}
 
 
 def _override_value(override: str, text: str) -> Any:

@@ -278,6 +278,20 @@ class ScenarioConfig(Schema):
                 self._check_carried(event.kind, event.target, LOCALIZATION.name)
         return self
 
+    @model_validator(mode="after")
+    def _viewed_pairs_exist(self) -> Self:
+        view = self.controller.constraints.field_of_view
+        for observer, target in () if view is None else view.pairs:
+            for name in (observer, target):
+                if name not in self.team.vehicles:
+                    raise ValueError(
+                        f"controller.constraints.field_of_view names the unknown vehicle '{name}', "
+                        f"known are {', '.join(self.team.vehicles)}"
+                    )
+            if observer == target:
+                raise ValueError(f"controller.constraints.field_of_view: '{observer}' cannot observe itself")
+        return self
+
     def _check_carried(self, event: str, vehicle: str, name: str) -> None:
         """Raise ValueError if a vehicle does not carry the sensor that an event of this kind acts on."""
         if name not in {sensor.name for sensor in self.sensors_of(vehicle)}:

@@ -1,13 +1,20 @@
 """Faults that end a flight: ground contact, collision, excessive tilt, a state that is not finite."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from relform_core.constraints_config import Obstacle
 from relform_core.measurements import Odometry
+from relform_core.obstacles import clearance
 from relform_core.vehicle_config import VehicleConfig
 
 
-def find_fault(config: VehicleConfig, name: str, ground_truth: Mapping[str, Odometry]) -> str | None:
+def find_fault(
+    config: VehicleConfig,
+    name: str,
+    ground_truth: Mapping[str, Odometry],
+    obstacles: Sequence[Obstacle] = (),
+) -> str | None:
     """The fault of the vehicle ``name`` in one line, given the true states of all; None: it has none.
 
     Ground contact is that of the body origin: the collision radius is that of the rotor plane.
@@ -26,6 +33,9 @@ def find_fault(config: VehicleConfig, name: str, ground_truth: Mapping[str, Odom
     if (apart := distances[nearest]) < config.separation_min:
         needed = f"at least {config.separation_min:g} m are needed"
         return f"{name} collided with {nearest} ({apart:.3f} m apart, {needed})"
+    if obstacles and (free := float(clearance(obstacles, own.p_NB_N))) < config.collision_radius:
+        needed = f"at least {config.collision_radius:g} m are needed"
+        return f"{name} collided with an obstacle ({free:.3f} m from its surface, {needed})"
     if (height := p_NB_N[2]) <= 0.0:
         return f"{name} touched the ground (at a height of {height:.2f} m, above 0 is needed)"
     if (tilt := _tilt(own)) > config.tilt_max:

@@ -68,6 +68,7 @@ class Vehicle:
             p_NB_N=start.p_NB_N,
             q_NB=(0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw)),
         )
+        self._obstacles = config.obstacles
         self._onboard = Onboard(config.vehicle, config.controller.period)
         self._applied: deque[Array] = deque(maxlen=ACKNOWLEDGED_INTERVALS)
         """Rotor speeds of the last intervals [rad/s], the oldest first."""
@@ -128,7 +129,7 @@ class Vehicle:
     def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:
         """Why this vehicle cannot continue, in one line, or None. Arguments and errors as ``measure``."""
         self._check_instant(step, ground_truth)
-        return find_fault(self._limits, self._name, ground_truth)
+        return find_fault(self._limits, self._name, ground_truth, self._obstacles)
 
     def _fly_interval(self, step: int, command: RotorCommand | None) -> None:
         """Fly [t_step, t_{step + 1}]; events act on whole intervals, as they are at the start."""

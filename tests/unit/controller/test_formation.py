@@ -282,3 +282,16 @@ def test_impossible_request_changes_nothing(
         request(schedule, formation)
     assert str(caught.value) == problem
     np.testing.assert_allclose(follow(schedule, range(1))[0, 0, 0], [-1.0, -0.5, -0.5])
+
+
+def test_crossing_paths_are_accepted_with_a_separation_constraint() -> None:
+    """The vehicles fly around each other, if the constraint asks for at least the collision distance."""
+
+    def schedule(separation_min: float) -> FormationSchedule:
+        prices = "price_per_unit: 300, square_price_per_unit2: 1000"
+        constraint = f"{{separation: {{min_m: {separation_min}, {prices}}}}}"
+        return FormationSchedule(config_with(f"controller.constraints={constraint}"))
+
+    schedule(0.5).check(SWAPPED)
+    with pytest.raises(ConfigError, match=r"would come within 0\.000 m"):
+        schedule(0.49).check(SWAPPED)

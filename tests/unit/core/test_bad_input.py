@@ -42,6 +42,8 @@ def problems(file: Path, tree: Any, folder: Path) -> list[str]:
         for name in SECTION_OF_FOLDER.values():
             if isinstance(reference := tree.get(name), str):
                 tree[name] = str(CONFIG_FOLDER / file.parent / reference)
+            elif isinstance(reference, dict) and "file" in reference:
+                reference["file"] = str(CONFIG_FOLDER / file.parent / reference["file"])
         stream = StringIO()
         YAML(typ="safe", pure=True).dump(tree, stream)
         path.write_text(stream.getvalue())
@@ -75,6 +77,11 @@ def is_named_by_user(path: Path_) -> bool:
     return path[0] == "formations_m" and len(path) in (2, 3)
 
 
+def replaces_key_of_file(path: Path_) -> bool:
+    """Whether a key is that of a section in another file; without it the one in the file counts."""
+    return len(path) > 1 and path[0] in SECTION_OF_FOLDER.values()
+
+
 def is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
@@ -101,7 +108,7 @@ def replace_by(value: Any) -> Callable[[Any, Path_], None]:
     return replace
 
 
-OPTIONAL = {"estimator", "formation_step", "links"}
+OPTIONAL = {"estimator", "formation_step", "links", "obstacles"}
 """Keys that a file may leave out, with all keys below them."""
 
 
@@ -110,12 +117,14 @@ def is_key(path: Path_, value: Any) -> bool:
         isinstance(path[-1], str)
         and path[-1] != "kind"
         and OPTIONAL.isdisjoint(path)
+        and not replaces_key_of_file(path)
         and not is_named_by_user(path)
     )
 
 
-def is_text(_: Path_, value: Any) -> bool:
-    return isinstance(value, str)
+def is_text(path: Path_, value: Any) -> bool:
+    """Without a file, which cannot be read, and without the target of an event, whose kind comes first."""
+    return isinstance(value, str) and path[-1] not in ("file", "target")
 
 
 def is_vector(_: Path_, value: Any) -> bool:

@@ -27,6 +27,12 @@ def problem_of(override: str) -> str:
     return line
 
 
+VIEW = (
+    "axis_azimuth_deg: 0, axis_elevation_deg: 0, half_angle_deg: 40, range_max_m: 5, price_per_unit: 1, "
+    "square_price_per_unit2: 1"
+)
+
+
 @pytest.mark.parametrize(
     ("override", "problem"),
     [
@@ -134,6 +140,15 @@ def test_sections_that_contradict_themselves(override: str, problem: str) -> Non
             "events=[{kind: localization_jump, start_s: 1, end_s: 2, target: follower_1, "
             "offset_m: [0.5, 0.0, 0.0]}]",
             "event 'localization_jump': 'follower_1' has no localization, only the leader has",
+        ),
+        (
+            f"controller.constraints={{field_of_view: {{pairs: [[leader, ufo]], {VIEW}}}}}",
+            "controller.constraints.field_of_view names the unknown vehicle 'ufo', known are leader, "
+            "follower_1, follower_2",
+        ),
+        (
+            f"controller.constraints={{field_of_view: {{pairs: [[leader, leader]], {VIEW}}}}}",
+            "controller.constraints.field_of_view: 'leader' cannot observe itself",
         ),
     ],
 )

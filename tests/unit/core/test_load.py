@@ -121,6 +121,43 @@ def test_plain_name_is_an_installed_file(name: str, tmp_path: Path, monkeypatch:
     assert load_scenario(scenario) == expected
 
 
+@pytest.fixture
+def changed_file(tmp_path: Path) -> Path:
+    """A scenario with a section in a file, one key of which it replaces."""
+    path = tmp_path / "scenario.yaml"
+    controller = {"file": "team", "horizon_steps": 12}
+    path.write_text(to_text(load_scenario(PAPER).written | {"controller": controller}))
+    return path
+
+
+def test_section_in_a_file_with_replaced_keys(changed_file: Path) -> None:
+    overrides = ["controller=team", "controller.horizon_steps=12"]
+    assert load_scenario(changed_file).config == load_scenario(PAPER, overrides).config
+    loaded = load_scenario(changed_file, ["controller.horizon_steps=13"])
+    assert loaded.config.controller.horizon_steps == 13
+    assert load_scenario(changed_file, ["controller=team"]).config.controller.horizon_steps == 15
+
+
+def test_problem_of_a_replaced_key_names_the_scenario(changed_file: Path) -> None:
+    changed_file.write_text(changed_file.read_text().replace("horizon_steps: 12", "horizon_steps: 1"))
+    message = f"{changed_file}: controller.horizon_steps: must be greater than or equal to 2 (got 1)"
+    with pytest.raises(ConfigError, match=f"^{re.escape(message)}$"):
+        load_scenario(changed_file)
+    changed_file.write_text(changed_file.read_text().replace("file: team", "file: 3.25"))
+    message = f"{changed_file}: controller.file: must be text (got 3.25)"
+    with pytest.raises(ConfigError, match=f"^{re.escape(message)}$"):
+        load_scenario(changed_file)
+
+
+def test_problem_of_a_key_in_the_file_names_the_file(changed_file: Path) -> None:
+    file = changed_file.with_name("changed.yaml")
+    file.write_text((CONFIG_FOLDER / "controller/team.yaml").read_text().replace("0.05", "-1"))
+    changed_file.write_text(changed_file.read_text().replace("file: team", "file: changed.yaml"))
+    message = f"{file}: period_s: must be greater than 0 (got -1)"
+    with pytest.raises(ConfigError, match=f"^{re.escape(message)}$"):
+        load_scenario(changed_file)
+
+
 def test_unknown_plain_name_is_one_line_with_the_known_ones(tmp_path: Path) -> None:
     expected = "expected a file name (.yaml) or one of"
     with pytest.raises(ConfigError, match=rf"^unknown scenario 'papr': {re.escape(expected)} .*\bpaper\b"):

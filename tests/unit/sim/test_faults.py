@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from relform_core.constraints_config import SphereObstacle
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry
 from relform_sim.faults import find_fault
@@ -64,6 +65,17 @@ def test_no_fault() -> None:
 def test_faults(changes: dict[str, Any], description: str) -> None:
     assert find_fault(VEHICLE, "follower_1", team(**changes)) == description
     assert find_fault(VEHICLE, "leader", team(**changes)) is None
+
+
+def test_collision_with_an_obstacle() -> None:
+    """follower_1 is at (0, 1.5, 2.5), 0.9 m from the centre of the ball."""
+    near, far = (SphereObstacle(kind="sphere", center_m=(0.0, 0.6, 2.5), radius_m=r) for r in (0.7, 0.6))
+    description = (
+        "follower_1 collided with an obstacle (0.200 m from its surface, at least 0.25 m are needed)"
+    )
+    assert find_fault(VEHICLE, "follower_1", team(), [far, near]) == description
+    assert find_fault(VEHICLE, "follower_1", team(), [far]) is None
+    assert find_fault(VEHICLE, "leader", team(), [far, near]) is None
 
 
 def test_both_vehicles_report_a_collision() -> None:
