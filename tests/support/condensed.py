@@ -10,6 +10,7 @@ from relform_analysis.bench.streams import Instance
 from relform_analysis.bench.team_problem import TeamProblem
 from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.registry import TERMS
+from relform_controller.solver.team_qp import TeamQp
 from relform_core.arrays import Array
 
 
@@ -111,3 +112,33 @@ def solved(qp: CondensedQp) -> Array:
     assert flag == 1
     solution: Array = scale * x
     return solution[:n]
+
+
+def condensed(qp: TeamQp, dz0: Array) -> CondensedQp:
+    """A quadratic program of stages without soft constraints, condensed for one deviation of the start."""
+    N, n_z, n_u = qp.B.shape
+    H, g = np.zeros((N * n_u, N * n_u)), np.zeros(N * n_u)
+    # Change of the state of a stage: offset + slope @ x.
+    offset, slope = dz0, np.zeros((n_z, N * n_u))
+    for k in range(N + 1):
+        H += slope.T @ qp.Q[k] @ slope
+        g += slope.T @ (qp.Q[k] @ offset + qp.q[k])
+        if k < N:
+            of_u, by_u = slice(k * n_u, (k + 1) * n_u), qp.S[k] @ slope
+            H[of_u] += by_u
+            H[:, of_u] += by_u.T
+            H[of_u, of_u] += qp.R[k]
+            g[of_u] += qp.r[k] + qp.S[k] @ offset
+            offset, slope = qp.A[k] @ offset + qp.gap[k], qp.A[k] @ slope
+            slope[:, of_u] += qp.B[k]
+    no_rows = np.zeros((0, g.size)), np.zeros(0), np.zeros(0), np.zeros(0)
+    return CondensedQp(H, g, qp.lower.reshape(-1), qp.upper.reshape(-1), *no_rows)
+
+
+def improvable(qp: CondensedQp, x: Array) -> float:
+    """How far the best value of any single input is from its value in x, if all others keep theirs.
+
+    It is zero where the KKT conditions hold, and only there; qp has no soft constraints.
+    """
+    best = np.clip(x - (qp.H @ x + qp.g) / np.diag(qp.H), qp.lower, qp.upper)
+    return float(np.abs(best - x).max())

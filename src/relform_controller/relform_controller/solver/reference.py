@@ -6,6 +6,7 @@ tests that one, and stands in for it where there is no compiler.
 """
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,13 +75,16 @@ class ReferenceSolver:
         found = active_set.solve(qp, prepared.factors, prepared.sides, dz0)
         if found is None or (soft_rows(qp, found.trajectory.dz) > 0.0).any():
             found = interior_point.solve(qp, dz0)
-        return SqpStep(
+        step = SqpStep(
             plan=self._plan(guess, start, found),
             kkt=kkt(qp, found, dz0),
             objective=objective(qp, found),
             qp_iterations=found.iterations,
             active_bounds=int(np.count_nonzero(found.sides)),
         )
+        if not (math.isfinite(step.kkt) and math.isfinite(step.objective)):
+            raise QpError("the gradient is not finite")
+        return step
 
     def _plan(self, guess: Plan, start: HorizonStart, found: Minimiser) -> Plan:
         n, N, nz = self._ocp.n_vehicles, self._ocp.n_stages, stage_state_size(self._ocp)

@@ -85,6 +85,8 @@ def minimize(qp: TeamQp, factors: Factors, fixed: Array, dz0: Array) -> Trajecto
         factors: of its matrices.
         fixed: values of the fixed commands; others do not matter, shape (stage, nu).
         dz0: deviation of the start, shape (nz,).
+    Raises:
+        QpError: the numbers are too large to compute with.
     """
     n_stages = len(qp.A)
     w = np.where(factors.free, 0.0, fixed)
@@ -92,14 +94,22 @@ def minimize(qp: TeamQp, factors: Factors, fixed: Array, dz0: Array) -> Trajecto
     for k in reversed(range(n_stages)):
         f, costate = factors.free[k], p + factors.P[k + 1] @ qp.gap[k]
         g_u[k] = qp.r[k] + qp.B[k].T @ costate + factors.G_uu[k] @ w[k]
-        y[k] = solve_triangular(factors.L[k], g_u[k][f], lower=True)
+        y[k] = _solved(factors.L[k], g_u[k][f], lower=True)
         p = qp.q[k] + qp.A[k].T @ costate + factors.G_uz[k].T @ w[k] - factors.Y[k].T @ y[k]
     dz, du, slope = [dz0], w.copy(), np.zeros_like(w)
     for k in range(n_stages):
         f = factors.free[k]
-        du[k, f] = -solve_triangular(factors.L[k].T, factors.Y[k] @ dz[k] + y[k], lower=False)
+        du[k, f] = -_solved(factors.L[k].T, factors.Y[k] @ dz[k] + y[k], lower=False)
         # g_u has G_uc w already: what is left are the free commands.
         change = factors.G_uz[k] @ dz[k] + factors.G_uu[k] @ np.where(f, du[k], 0.0) + g_u[k]
         slope[k] = np.where(f, 0.0, change)
         dz.append(qp.A[k] @ dz[k] + qp.B[k] @ du[k] + qp.gap[k])
     return Trajectory(np.array(dz), du, slope)
+
+
+def _solved(triangle: Array, right: Array, lower: bool) -> Array:
+    try:
+        solution: Array = solve_triangular(triangle, right, lower=lower)
+    except ValueError:  # infinite or no numbers
+        raise QpError("the gradient is not finite") from None
+    return solution
