@@ -73,6 +73,17 @@ def test_the_team_estimator_flies_the_papers_scenario(overrides: list[str], boun
     assert flight_metrics(log).score.formation.steady.mean < bound
 
 
+def test_sqp_steps_that_diverge_after_a_gap_of_half_a_second_do_not_crash_the_team() -> None:
+    """Without a start from a hover this one of 50 flights crashed, because the estimate jumps after a gap."""
+    burst = "{burst_s: 0.5, burst_interval_s: 5.0}"
+    links = f"links={{up: {burst}, down: {burst}}}"
+    with one_blas_thread():
+        flown = list(simulate(paper_scenario("controller=team", links, seed=2018)))
+    assert not flown[-1].faults
+    reasons = [step.decision.solver.fallback_reason for step in flown if step.decision is not None]
+    assert any(reason.startswith("SQP steps diverge") for reason in reasons)
+
+
 def test_raw_feedback_flies_with_late_commands_whose_delay_is_known() -> None:
     """Without prediction one step of delay crashes it."""
     log = fly_in_process(paper_scenario("links.down.delay_s=0.1", seed=32))

@@ -1,7 +1,5 @@
 """A controller that cannot follow its reference recovers: measurements of one flight, a harder reference."""
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -41,10 +39,10 @@ def five_vehicles(ramp_s: float, seed: int) -> LoadedScenario:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_after_a_failed_step_the_solver_starts_afresh(seed: int) -> None:
-    """The recorded team changes its formation in 2 s; asked to do it in one step, the solver fails at first.
+def test_steps_that_diverge_are_followed_by_a_start_from_a_hover(seed: int) -> None:
+    """The recorded team changes its formation in 2 s; asked to do it in one step, SQP steps diverge at first.
 
-    Once it had failed, it failed in every further step, also when the recorded team was in place again.
+    Once it had failed, the solver failed in every further step, also when the team was in place again.
     """
     ramped = five_vehicles(2.0, seed)
     with one_blas_thread():
@@ -52,12 +50,10 @@ def test_after_a_failed_step_the_solver_starts_afresh(seed: int) -> None:
         assert not flown[-1].faults
         measured = [step.measurements for step in flown[:-1]]
         decided = replay(FormationController(five_vehicles(0.0, seed).config), measured)
-    states = [decision.solver.state for decision in decided]
-    runs = [len(list(run)) for state, run in itertools.groupby(states) if state is SolverState.FALLBACK]
-    assert runs
-    assert max(runs) <= 2
-    assert SolverState.FALLBACK not in states[70:]
-    assert all(decision.solver.fallback_reason for decision in decided if decision.solver.state == 2)
+    assert all(decision.solver.state is not SolverState.FALLBACK for decision in decided)
+    restarts = [step for step, decision in enumerate(decided) if decision.solver.fallback_reason]
+    assert restarts
+    assert max(restarts) < 70
     # In place again, both controllers have the same task.
     expected = all_speeds([step.decision for step in flown[:-1]])
     difference = np.abs(all_speeds(decided) - expected)[-10:]

@@ -259,7 +259,10 @@ def test_lost_node_is_named(marks: tuple[str, ...], name: str, fly: Callable[...
     assert abs(summary["steps"] - step) <= 1  # it may have died within a step
     assert (summary["outcome"], summary["reason"]) == ("failed", flight.err.strip().removeprefix("error: "))
     recorded = len(read_flight_log(flight.folder).phase)
-    assert recorded > 0 if name == "/recorder" else recorded >= summary["steps"]  # its last chunk was lost
+    if name == "/recorder":
+        assert recorded > 0  # its last chunk is lost
+    else:  # a message of the last step that reached the monitor first can die with its sender
+        assert recorded >= summary["steps"] - 1
 
 
 def test_no_process_outlives_the_script(fly: Callable[..., Fly]) -> None:

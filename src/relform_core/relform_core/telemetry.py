@@ -117,22 +117,18 @@ class SolverReport:
 
     state: SolverState
     fallback_reason: str
-    """Why an SQP step failed; empty: none did."""
+    """Why an SQP step failed, or why the control step started again; empty: neither happened."""
     objective: float
     kkt_first: float
     kkt: float
     sqp_steps: int
+    """SQP steps begun, failed ones too: what a replay must impose to end in the same way."""
     qp_iterations: int
     active_bounds: int
     prepare_time: float
     """Of the preparation that preceded this control step [s]."""
     feedback_time: float
     """From the measurements to the plan, further SQP steps included [s]."""
-
-    @property
-    def sqp_steps_begun(self) -> int:
-        """SQP steps taken, and the one that failed: what a replay must impose to end in the same way."""
-        return self.sqp_steps + bool(self.fallback_reason)
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,6 +56,29 @@ def make_solver(
     return ModifiedRti(PROBLEM.ocp, solver, predict, config, HOVER_THRUST, ticking(tick), time_budget)
 
 
+class Scripted:
+    """A solver without a model: its SQP steps have these KKT values; the k-th plan has the thrusts k."""
+
+    def __init__(self, *kkt: float) -> None:
+        self._kkt = kkt
+        self._taken = 0
+        self.guesses: list[Plan] = []
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        pass
+
+    def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
+        self.guesses.append(guess)
+
+    def feedback(self, *arguments: Any) -> SqpStep:
+        kkt = self._kkt[self._taken]
+        self._taken += 1
+        if math.isnan(kkt):
+            raise QpError("not solved")
+        plan = dataclasses.replace(self.guesses[-1], thrusts=np.full_like(HOVER.thrusts, self._taken))
+        return SqpStep(plan, kkt, objective=1.5, qp_iterations=1, active_bounds=0)
+
+
 def solve(
     solver: ModifiedRti, states: Array = PROBLEM.initial_states, sqp_steps: int | None = None
 ) -> tuple[Plan, SolverReport]:
@@ -106,9 +129,16 @@ def test_at_the_start_the_number_of_steps_is_limited() -> None:
 
 @pytest.mark.parametrize("limit", [1, 2, 5])
 def test_in_flight_the_number_of_steps_is_limited(limit: int) -> None:
-    plan, report = solve(started(make_solver(flight=(1e-12, limit))))
+    falling = Scripted(1e-4, *(1.0 / step for step in range(1, 10)))
+    plan, report = solve(started(make_solver(flight=(1e-12, limit), solver=falling)))
     assert (report.state, report.sqp_steps) == (SolverState.STEP_LIMIT, limit)
-    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(limit, NEXT, NEXT_GEOMETRY).thrusts)
+    np.testing.assert_array_equal(plan.thrusts, 1.0 + limit)
+
+
+def test_in_flight_steps_start_from_the_plan_before() -> None:
+    plan, report = solve(started(make_solver(flight=(1e-12, 2))))
+    assert (report.state, report.sqp_steps) == (SolverState.STEP_LIMIT, 2)
+    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(2, NEXT, NEXT_GEOMETRY).thrusts)
 
 
 def test_in_flight_it_stops_at_its_own_tolerance() -> None:
@@ -121,10 +151,11 @@ def test_in_flight_it_stops_at_its_own_tolerance() -> None:
 def test_the_time_budget_is_for_the_steps_after_the_first() -> None:
     """The clock is read before the first step and after each, and advances by 0.01 s in between."""
     for budget, steps in ((0.0, 1), (0.0105, 2), (0.0205, 3), (math.inf, 5)):
-        solver = started(make_solver(flight=(1e-12, 5), time_budget=budget, tick=0.01))
+        falling = Scripted(1e-4, *(1.0 / step for step in range(1, 10)))
+        solver = started(make_solver(flight=(1e-12, 5), time_budget=budget, tick=0.01, solver=falling))
         plan, report = solve(solver)
         assert (report.state, report.sqp_steps) == (SolverState.STEP_LIMIT, steps)
-        np.testing.assert_array_equal(plan.thrusts, steps_by_hand(steps, NEXT, NEXT_GEOMETRY).thrusts)
+        np.testing.assert_array_equal(plan.thrusts, 1.0 + steps)
 
 
 def test_the_time_budget_does_not_hold_at_the_start() -> None:
@@ -133,10 +164,11 @@ def test_the_time_budget_does_not_hold_at_the_start() -> None:
 
 @pytest.mark.parametrize("count", [1, 4])
 def test_a_replay_takes_as_many_steps_as_were_recorded_whatever_the_limits(count: int) -> None:
-    solver = started(make_solver(flight=(1e12, 2), time_budget=0.0))
+    falling = Scripted(1e-4, *(1.0 / step for step in range(1, 10)))
+    solver = started(make_solver(flight=(1e12, 2), time_budget=0.0, solver=falling))
     plan, report = solve(solver, sqp_steps=count)
     assert report.sqp_steps == count
-    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(count, NEXT, NEXT_GEOMETRY).thrusts)
+    np.testing.assert_array_equal(plan.thrusts, 1.0 + count)
 
 
 def test_times_are_reported() -> None:
@@ -178,7 +210,7 @@ def test_a_failed_step_flies_the_plan_of_the_step_before_and_reports_the_reason(
     plan, report = solve(solver, not_finite(layout.VELOCITY))
     np.testing.assert_array_equal(plan.thrusts, NEXT.thrusts)
     np.testing.assert_array_equal(plan.states, NEXT.states)
-    assert (report.state, report.sqp_steps, report.sqp_steps_begun) == (SolverState.FALLBACK, 0, 1)
+    assert (report.state, report.sqp_steps) == (SolverState.FALLBACK, 1 if warm_start == "cold" else 2)
     assert report.fallback_reason
     assert math.isnan(report.kkt)
     assert math.isnan(report.objective)
@@ -205,15 +237,15 @@ class Tampered:
         self._real = solver_of(PROBLEM.ocp)
         self.guess: Plan | None = None
         """To prepare instead of what is asked for."""
-        self.prepares_left = 10**6
-        """Preparations after these fail."""
+        self.fails_once = False
+        """Whether the next preparation fails."""
 
     def set_weights(self, weights: WeightsConfig) -> None:
         self._real.set_weights(weights)
 
     def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
-        self.prepares_left -= 1
-        if self.prepares_left < 0:
+        if self.fails_once:
+            self.fails_once = False
             raise QpError("the Hessian is not positive definite")
         self._real.prepare(guess if self.guess is None else self.guess, geometry)
 
@@ -235,7 +267,7 @@ def test_a_plan_that_cannot_be_prepared_does_not_stay_the_guess() -> None:
     for _ in range(2):
         states.append(solve(solver)[1].state)
         solver.prepare_next()
-    assert states == [SolverState.FALLBACK, SolverState.SOLVED]
+    assert states == [SolverState.SOLVED, SolverState.SOLVED]  # the first one from a hover
 
 
 def test_repeated_failures_fly_the_plan_to_its_end() -> None:
@@ -250,42 +282,72 @@ def test_repeated_failures_fly_the_plan_to_its_end() -> None:
     assert solve(solver)[1].state is SolverState.SOLVED
 
 
-def test_a_failure_after_a_good_step_flies_what_that_step_found() -> None:
+def test_a_step_that_fails_is_followed_by_a_start_in_the_same_control_step() -> None:
     tampered = Tampered()
     solver = started(make_solver(flight=(1e-12, 3), solver=tampered))
-    expected = steps_by_hand(1, NEXT, NEXT_GEOMETRY)
-    tampered.prepares_left = 0  # the first step is prepared already
+    tampered.fails_once = True
     plan, report = solve(solver)
-    np.testing.assert_array_equal(plan.thrusts, expected.thrusts)
-    assert (report.state, report.sqp_steps, report.sqp_steps_begun) == (SolverState.FALLBACK, 1, 2)
+    assert report.state is SolverState.SOLVED
     assert report.fallback_reason == "the Hessian is not positive definite"
-    assert math.isfinite(report.kkt)
+    np.testing.assert_array_equal(plan.thrusts, FIRST.thrusts)
+    assert report.sqp_steps == 2 + solve(make_solver())[1].sqp_steps  # one succeeded, one failed
 
 
-def test_a_replay_of_a_failure_fails_in_the_same_step() -> None:
-    """So the next control step starts afresh in the replay too."""
-    tampered = Tampered()
-    solver = started(make_solver(flight=(1e-12, 3), solver=tampered))
-    tampered.prepares_left = 0
-    assert solve(solver, sqp_steps=2)[1].state is SolverState.FALLBACK
-
-
-def test_steps_that_diverge_from_a_fresh_guess_leave_the_first_one() -> None:
-    """The step from the hover is sound, so the next control step starts from its plan."""
-    tampered = Tampered()
-    solver = started(make_solver(flight=(1e12, 1), solver=tampered))
-    solve(solver, not_finite(layout.RATE))
+def test_steps_that_diverge_from_the_plan_are_followed_by_a_start() -> None:
+    solver = make_solver(flight=(1.0, 3), solver=(scripted := Scripted(1e-4, 40.0, 50.0, 7.0, 9.0, 1e-4)))
+    plan, report = solve(started(solver))
+    assert (report.state, report.sqp_steps, report.kkt_first, report.kkt) == (
+        SolverState.SOLVED,
+        5,
+        40.0,
+        1e-4,
+    )
+    assert report.fallback_reason == "SQP steps diverge: KKT value 40, then 50"
+    np.testing.assert_array_equal(plan.thrusts, 6.0)
+    np.testing.assert_array_equal(scripted.guesses[3].thrusts, HOVER_THRUST)
     solver.prepare_next()
-    tampered.prepares_left = 2
+    np.testing.assert_array_equal(scripted.guesses[-1].thrusts, 6.0)  # the next control step is no start
+
+
+def test_a_kkt_value_that_grows_below_the_tolerance_is_no_divergence() -> None:
+    _, report = solve(started(make_solver(flight=(1.0, 3), solver=Scripted(1e-4, 0.2))))
+    assert (report.state, report.sqp_steps) == (SolverState.SOLVED, 1)
+
+
+@pytest.mark.parametrize(
+    ("kkt", "best", "begun"),
+    [((3.0, 2.0, 5.0, 8.0), 2.0, 4), ((3.0, 5.0, math.nan), 1.0, 3)],
+    ids=["they diverge", "a later one fails"],
+)
+def test_of_steps_from_a_hover_the_one_with_the_lowest_kkt_value_is_flown(
+    kkt: tuple[float, ...], best: float, begun: int
+) -> None:
+    plan, report = solve(make_solver(start=(1e-3, 4), solver=Scripted(*kkt)))
+    assert (report.state, report.sqp_steps) == (SolverState.STEP_LIMIT, begun)
+    assert report.kkt == kkt[int(best) - 1]
+    np.testing.assert_array_equal(plan.thrusts, best)
+
+
+def test_without_time_for_a_start_the_plan_before_is_flown_and_the_next_step_is_a_start() -> None:
+    scripted = Scripted(1e-4, 40.0, 50.0, 1e-4)
+    solver = started(make_solver(flight=(1.0, 3), time_budget=0.015, tick=0.01, solver=scripted))
     plan, report = solve(solver)
-    tampered.prepares_left = 10**6
-    assert (report.state, report.sqp_steps, report.sqp_steps_begun) == (SolverState.STEP_LIMIT, 2, 3)
-    assert report.fallback_reason == "the Hessian is not positive definite"
-    assert report.kkt == report.kkt_first
-    np.testing.assert_array_equal(plan.thrusts, steps_by_hand(1).thrusts)
+    assert (report.state, report.sqp_steps) == (SolverState.FALLBACK, 2)
+    np.testing.assert_array_equal(plan.thrusts, 1.0)
     solver.prepare_next()
-    expected = steps_by_hand(1, *following(plan))
-    np.testing.assert_array_equal(solve(solver)[0].thrusts, expected.thrusts)
+    plan, report = solve(solver)
+    assert report.state is SolverState.SOLVED
+    np.testing.assert_array_equal(scripted.guesses[-1].thrusts, HOVER_THRUST)
+
+
+@pytest.mark.parametrize("begun", [2, 3, 4])
+def test_a_replay_starts_again_where_the_flight_did(begun: int) -> None:
+    """With two steps the flight had no time for a start; the steps of a start count too."""
+    solver = started(make_solver(flight=(1.0, 3), solver=Scripted(1e-4, 40.0, 50.0, 7.0, 6.0)))
+    plan, report = solve(solver, sqp_steps=begun)
+    assert (report.state is SolverState.FALLBACK) == (begun == 2)
+    assert report.sqp_steps == begun
+    np.testing.assert_array_equal(plan.thrusts, {2: 1.0, 3: 4.0, 4: 5.0}[begun])
 
 
 def test_after_a_failed_start_the_next_step_is_a_start() -> None:
@@ -293,25 +355,3 @@ def test_after_a_failed_start_the_next_step_is_a_start() -> None:
     assert solve(solver, not_finite(layout.VELOCITY))[1].state is SolverState.FALLBACK
     solver.prepare_next()
     assert solve(solver)[1].sqp_steps > 1
-
-
-class StandStill:
-    """A solver without a model: the plan is the guess."""
-
-    def set_weights(self, weights: WeightsConfig) -> None:
-        pass
-
-    def prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
-        self._guess = guess
-
-    def feedback(self, *arguments: Any) -> SqpStep:
-        return SqpStep(self._guess, kkt=0.0, objective=1.5, qp_iterations=0, active_bounds=0)
-
-
-def test_another_solver_can_be_injected() -> None:
-    solver = make_solver(solver=StandStill())
-    plan, report = solve(solver)
-    np.testing.assert_array_equal(plan.thrusts, HOVER.thrusts)
-    assert (report.state, report.sqp_steps, report.objective) == (SolverState.SOLVED, 1, 1.5)
-    solver.prepare_next()
-    np.testing.assert_array_equal(solve(solver)[0].states, following(HOVER)[0].states)

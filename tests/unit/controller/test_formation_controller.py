@@ -462,8 +462,8 @@ def test_times_are_those_of_the_given_clock(flight: Flight) -> None:
     _, decision = replay(controller, flight.measured[:2])
     assert decision.solver.prepare_time == 0.5
     assert decision.solver.feedback_time == 0.5 * (
-        1 + decision.solver.sqp_steps
-    )  # read before and after each
+        decision.solver.sqp_steps
+    )  # read before the first, between them, and after the last
 
 
 def test_all_warm_starts_find_the_same_solution_but_some_start_farther_away(exact: Flight) -> None:

@@ -161,7 +161,7 @@ class ControllerNode:
             state_to_msg(PerStep(step, stamp_ns, decision.state)),
             solver_to_msg(PerStep(step, stamp_ns, decision.solver)),
             reference_to_msg(PerStep(step, stamp_ns, decision.reference)),
-            self._event(step, StepDecided(inputs, decision.solver.sqp_steps_begun)),
+            self._event(step, StepDecided(inputs, decision.solver.sqp_steps)),
         )
         for topic, message in zip(self._telemetry, telemetry, strict=True):
             self._pacing.publish(topic, message)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from relform_controller.compiled import CompiledFunction
 from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, Prediction, TeamGeometry
@@ -13,13 +14,38 @@ from relform_core.names import SolverState
 from relform_core.telemetry import SolverReport
 
 
+@dataclass(frozen=True)
+class _Limits:
+    """When the SQP steps from one guess are enough."""
+
+    tolerance: float
+    """Of the KKT value."""
+    steps: int
+    deadline: float
+    """No step but the first begins later [s]."""
+
+
+@dataclass
+class _Iteration:
+    """SQP steps from one guess."""
+
+    steps: list[SqpStep] = field(default_factory=list)
+    """Those that succeeded."""
+    begun: int = 0
+    failure: str = ""
+    """Why the last one that was begun failed; empty: none did."""
+
+
 class ModifiedRti:
     """Solves the team's problem once per control step: ``solve``, then ``prepare_next``.
 
     The first step of a flight iterates from a hover at the measured states until the KKT value is low. Every
-    later step starts from the plan of the step before, shifted and transformed. If an SQP step fails, the
-    plan from before it is flown, and the next control step starts as the first one does. In a step that
-    starts from a hover, the plan of the first SQP step is flown if only a later one fails.
+    later step starts from the plan of the step before, shifted and transformed.
+
+    The control step starts again, from a hover, if an SQP step from the plan fails, or if the KKT value grows
+    from one to the next: the steps diverge, because the plan is too far from the measured states. Of all
+    steps from a hover, that with the lowest KKT value is flown. If none succeeds, or if the time is up, the
+    plan of the control step before is flown, and the next one starts from a hover.
 
     Args:
         ocp: the problem.
@@ -80,50 +106,43 @@ class ModifiedRti:
             start: the vehicles as they are estimated to be.
             geometry: where the {mi} frames are estimated to be.
             reference: what to track.
-            sqp_steps: number of SQP steps to take, as in a recorded flight; None: as many as the limits
+            sqp_steps: number of SQP steps to begin, as in a recorded flight; None: as many as the limits
                 allow.
         """
-        guess = self._guess
-        if guess is None:
-            guess = hover_plan(start, self._hover_thrust, self._ocp.n_stages)
-            self._prepare(guess, geometry)
-        begin = self._clock()
-        tolerance = self._config.kkt_tolerance if self._started else self._config.kkt_tolerance_start
-        steps: list[SqpStep] = []
-        failure = self._prepare_failure
-        while not failure:
-            try:
-                if steps:
-                    self._solver.prepare(steps[-1].plan, geometry)
-                steps.append(self._solver.feedback(start, geometry, reference))
-            except QpError as error:
-                failure = str(error)
-            else:
-                if self._is_enough(steps, tolerance, sqp_steps, begin):
-                    break
-        flown = steps[-1] if steps else None
-        if not failure:
-            state = SolverState.SOLVED if steps[-1].kkt < tolerance else SolverState.STEP_LIMIT
-        elif steps and not self._started:
-            # The further steps diverged, but the first one is sound: a hover is a good point to linearise at.
-            flown, state = steps[0], SolverState.STEP_LIMIT
-        else:
-            state = SolverState.FALLBACK
+        is_from_hover = self._guess is None
+        guess = self._guess or self._prepare_hover(start, geometry)
+        measured = start, geometry, reference
+        prepare_time, begin = self._prepare_time, self._clock()
+        deadline = begin + self._time_budget
+        limits = self._limits_in_flight(deadline) if self._started else self._limits_at_start()
+        tries = [self._iterate(measured, limits, sqp_steps, must_fall=not is_from_hover)]
+        if tries[0].failure and not is_from_hover:
+            left = None if sqp_steps is None else sqp_steps - tries[0].begun
+            if left != 0 and self._clock() < deadline:
+                self._prepare_hover(start, geometry)
+                limits, is_from_hover = self._limits_at_start(), True
+                tries.append(self._iterate(measured, limits, left))
+        found = tries[-1]
+        flown, state = None, SolverState.FALLBACK
+        if found.steps and (is_from_hover or not found.failure):
+            flown = min(found.steps, key=lambda step: step.kkt)
+            state = SolverState.SOLVED if flown.kkt < limits.tolerance else SolverState.STEP_LIMIT
         before = guess if self._following is None else self._following[0]
         plan = before if flown is None else flown.plan
-        self._started = state is not SolverState.FALLBACK
+        self._started = flown is not None
         self._solved = plan, geometry
         self._guess = None
+        steps = [step for each in tries for step in each.steps]
         return plan, SolverReport(
             state=state,
-            fallback_reason=failure,
+            fallback_reason="; ".join(each.failure for each in tries if each.failure),
             objective=math.nan if flown is None else flown.objective,
             kkt_first=steps[0].kkt if steps else math.nan,
             kkt=math.nan if flown is None else flown.kkt,
-            sqp_steps=len(steps),
+            sqp_steps=sum(each.begun for each in tries),
             qp_iterations=sum(step.qp_iterations for step in steps),
             active_bounds=0 if flown is None else flown.active_bounds,
-            prepare_time=self._prepare_time,
+            prepare_time=prepare_time,
             feedback_time=self._clock() - begin,
         )
 
@@ -169,10 +188,55 @@ class ModifiedRti:
             self._prepare_failure = str(failure)
         self._prepare_time = self._clock() - begin
 
-    def _is_enough(self, steps: list[SqpStep], tolerance: float, imposed: int | None, begin: float) -> bool:
-        """Whether no further SQP step is to be taken."""
-        if imposed is not None:
-            return len(steps) >= imposed
-        steps_max = self._config.sqp_steps_max if self._started else self._config.sqp_steps_start_max
-        in_time = not self._started or self._clock() - begin < self._time_budget
-        return steps[-1].kkt < tolerance or len(steps) >= steps_max or not in_time
+    def _prepare_hover(self, start: HorizonStart, geometry: TeamGeometry) -> Plan:
+        hover = hover_plan(start, self._hover_thrust, self._ocp.n_stages)
+        self._prepare(hover, geometry)
+        return hover
+
+    def _limits_at_start(self) -> _Limits:
+        return _Limits(self._config.kkt_tolerance_start, self._config.sqp_steps_start_max, math.inf)
+
+    def _limits_in_flight(self, deadline: float) -> _Limits:
+        return _Limits(self._config.kkt_tolerance, self._config.sqp_steps_max, deadline)
+
+    def _iterate(
+        self,
+        measured: tuple[HorizonStart, TeamGeometry, HorizonReference],
+        limits: _Limits,
+        imposed: int | None,
+        must_fall: bool = False,
+    ) -> _Iteration:
+        """Take SQP steps from the prepared guess.
+
+        Args:
+            measured: the arguments of ``solve``.
+            limits: on the steps.
+            imposed: number of steps to begin instead, unless one fails; None: the limits hold.
+            must_fall: whether a step fails whose KKT value is above that of the step before.
+        """
+        _, geometry, _ = measured
+        iteration = _Iteration()
+        steps = iteration.steps
+        while True:
+            iteration.begun += 1
+            try:
+                if steps:
+                    self._solver.prepare(steps[-1].plan, geometry)
+                elif self._prepare_failure:
+                    raise QpError(self._prepare_failure)
+                step = self._solver.feedback(*measured)
+                if must_fall and steps and step.kkt > max(steps[-1].kkt, limits.tolerance):
+                    raise QpError(f"SQP steps diverge: KKT value {steps[-1].kkt:.2g}, then {step.kkt:.2g}")
+            except QpError as error:
+                iteration.failure = str(error)
+                return iteration
+            steps.append(step)
+            if imposed is not None:
+                if iteration.begun >= imposed:
+                    return iteration
+            elif (
+                step.kkt < limits.tolerance
+                or iteration.begun >= limits.steps
+                or self._clock() >= limits.deadline
+            ):
+                return iteration
