@@ -150,8 +150,11 @@ def test_only_topics_of_one_process_are_handed_over() -> None:
     assert process.exchanges(["/a"])
     assert process.exchanges(["/b", "/a"])
     assert not process.exchanges(["/a", "/c"])
-    taken: list[str] = []
+    taken: list[Any] = []
     process.subscribe("/x", taken.append)
-    process.publish("/x", "of x")
-    process.publish("/y", "of y")
-    assert taken == ["of x"]
+    process.subscribe_raw("/y", lambda data, publish_time_ns: taken.append(data))
+    assert [topic for topic in ("/x", "/y") if process.wants_serialized(topic)] == ["/y"]
+    process.publish("/x", "of x", b"")
+    process.publish("/y", "of y", b"data of y")
+    process.publish("/z", "of z", b"")
+    assert taken == ["of x", b"data of y"]

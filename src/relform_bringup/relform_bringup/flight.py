@@ -36,7 +36,7 @@ CONTROLLER = ("relform_controller", "controller")
 CLOCK = ("relform_sim", "clock")
 RECORDER = ("relform_bags", "recorder")
 COMPOSED = ("relform_bringup", "composed")
-COMPOSED_NAME = "the process of clock, quadrotors and controller"
+COMPOSED_NAME = "the process of all nodes"
 WATCH_S = 0.02
 """Period at which the processes are checked."""
 END_S = 10.0
@@ -58,8 +58,8 @@ def check_installation(record: bool, composed: bool) -> None:
         FlightError: something is not.
     """
     find_setpriv()
-    programs = (COMPOSED,) if composed else (QUADROTOR, CONTROLLER, CLOCK)
-    for package, name in (*programs, *((RECORDER,) if record else ())):
+    apart = (QUADROTOR, CONTROLLER, CLOCK, *((RECORDER,) if record else ()))
+    for package, name in (COMPOSED,) if composed else apart:
         executable(package, name)
 
 
@@ -69,7 +69,7 @@ class Flight:
     Args:
         folder: run folder with the effective configuration in it.
         record: whether a bag is recorded.
-        composed: whether clock, quadrotors and controller share a process.
+        composed: whether all nodes but the monitor share a process.
         domain_id: ROS domain of the nodes.
         interruption: signals of the user, which end the flight.
         on_step: called at the end of each step with its number and the process ids of the nodes.
@@ -111,7 +111,7 @@ class Flight:
                 try:
                     self._start()
                     # The monitor, which is a member, runs in this process; the clock is no member.
-                    where = f" in {self._supervisor.size} processes" if self._composed else ""
+                    where = " in one process" if self._composed else ""
                     started = f"starting {len(self._roster.members)} nodes{where}"
                     display.message(f"{started}, ROS_DOMAIN_ID={self._domain_id}")
                     self._watch_flight(display, store)
@@ -136,18 +136,23 @@ class Flight:
             ROS_DOMAIN_ID=str(self._domain_id),
             ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST",
         )
+        record = RECORDER_NODE in self._observers
+        # The name of the node, because the other nodes of its process have no such parameter.
+        bag = f"{RECORDER_NODE.strip('/')}:output:={json.dumps(str(self._folder.bag))}"
+        output = ("-p", bag) if record else ()
+        # If this process is killed, the kernel sends SIGINT to the recorder, which then closes the bag.
         if self._composed:
-            self._clock = self._start_nodes(COMPOSED_NAME, COMPOSED, log_name="composed")
-        else:
-            for vehicle in self._roster.vehicles:
-                self._start_nodes(vehicle_node(vehicle), QUADROTOR, "-r", f"__ns:=/{vehicle}")
-            for controller in self._roster.controllers:
-                self._start_nodes(controller.node, CONTROLLER, "-r", f"__ns:=/{controller.name}")
-            self._clock = self._start_nodes(CLOCK_NODE, CLOCK)
-        if RECORDER_NODE in self._observers:
-            output = f"output:={json.dumps(str(self._folder.bag))}"
-            # If this process is killed, the kernel sends SIGINT to the recorder, which then closes the bag.
-            self._recorder = self._start_nodes(RECORDER_NODE, RECORDER, "-p", output, dies_by="INT")
+            dies_by = "INT" if record else "KILL"
+            self._clock = self._start_nodes(COMPOSED_NAME, COMPOSED, *output, dies_by=dies_by, log="composed")
+            self._recorder = self._clock if record else None
+            return
+        for vehicle in self._roster.vehicles:
+            self._start_nodes(vehicle_node(vehicle), QUADROTOR, "-r", f"__ns:=/{vehicle}")
+        for controller in self._roster.controllers:
+            self._start_nodes(controller.node, CONTROLLER, "-r", f"__ns:=/{controller.name}")
+        self._clock = self._start_nodes(CLOCK_NODE, CLOCK)
+        if record:
+            self._recorder = self._start_nodes(RECORDER_NODE, RECORDER, *output, dies_by="INT")
 
     def _start_nodes(
         self,
@@ -155,13 +160,13 @@ class Flight:
         program: tuple[str, str],
         *arguments: str,
         dies_by: str = "KILL",
-        log_name: str | None = None,
+        log: str | None = None,
     ) -> Child:
         command = [executable(*program), "--ros-args", "--disable-external-lib-logs"]
         # The values are YAML; JSON is YAML too, and quotes any path correctly.
         for parameter, value in (("scenario", str(self._folder.config)), ("observers", self._observers)):
             command += ["-p", f"{parameter}:={json.dumps(value)}"]
-        return self._supervisor.start(name, [*command, *arguments], dies_by, log_name)
+        return self._supervisor.start(name, [*command, *arguments], dies_by, log)
 
     def _watch_flight(self, display: FlightDisplay, store: MessageStore) -> None:
         self._interruption.check()

@@ -9,6 +9,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
+from rclpy.serialization import serialize_message
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
@@ -46,8 +47,9 @@ class Endpoints:
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message on a topic that this node writes by the table."""
-        self._publishers[topic].publish(message)
-        self._intra_process.publish(topic, message)
+        data = serialize_message(message) if self._intra_process.wants_serialized(topic) else b""
+        self._publishers[topic].publish(data or message)
+        self._intra_process.publish(topic, message, data)
 
     def subscribe_raw(self, topic: str, callback: Callable[[bytes, int], None]) -> None:
         """Read a topic without decoding it.
@@ -63,7 +65,10 @@ class Endpoints:
                 self.rejections.count(topic, rejected)
 
         entry = self._topics[topic]
-        self._subscriptions[topic] = subscribe_raw(self._node, entry.type, topic, take, entry.qos)
+        if self._intra_process.exchanges(entry.writers):
+            self._intra_process.subscribe_raw(topic, take)
+        else:
+            self._subscriptions[topic] = subscribe_raw(self._node, entry.type, topic, take, entry.qos)
 
     def subscribe(self, topic: str, callback: Callable[[Any], None]) -> None:
         """Read a topic.

@@ -29,7 +29,11 @@ def build_recorder(node: Node, spinner: Spinner) -> Runnable:
     return TopicRecorder(node, spinner)
 
 
+def create_recorder() -> Node:
+    """The node, without its logic."""
+    return rclpy.create_node(split_node_name(RECORDER_NODE)[1], enable_rosout=False)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; its command line is that of the process unless it is given."""
-    _, name = split_node_name(RECORDER_NODE)
-    return run_node(lambda: rclpy.create_node(name, enable_rosout=False), build_recorder, arguments=arguments)
+    return run_node(create_recorder, build_recorder, arguments=arguments)
