@@ -102,6 +102,7 @@ SOLVER = st.builds(
     sqp_steps=COUNT,
     qp_iterations=COUNT,
     active_bounds=COUNT,
+    active_constraints=st.lists(st.text("abc _")).map(tuple),
     prepare_time=FINITE,
     feedback_time=FINITE,
 )
@@ -173,7 +174,7 @@ def reference_message() -> Any:
 
 
 def solver_message() -> Any:
-    report = SolverReport(SolverState.SOLVED, "", 12.5, 80.0, 0.5, 2, 7, 3, 0.002, 0.001)
+    report = SolverReport(SolverState.SOLVED, "", 12.5, 80.0, 0.5, 2, 7, 3, (), 0.002, 0.001)
     return solver_to_msg(PerStep(7, 350_000_000, report))
 
 

@@ -68,6 +68,7 @@ def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Decision:
         sqp_steps=2,
         qp_iterations=7,
         active_bounds=3,
+        active_constraints=(),
         prepare_time=0.002,
         feedback_time=0.001,
     )

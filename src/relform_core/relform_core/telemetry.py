@@ -125,6 +125,8 @@ class SolverReport:
     """SQP steps begun, failed ones too: what a replay must impose to end in the same way."""
     qp_iterations: int
     active_bounds: int
+    active_constraints: tuple[str, ...]
+    """Names of the soft constraints that are active in the plan, such as ``tilt leader``."""
     prepare_time: float
     """Of the preparation that preceded this control step [s]."""
     feedback_time: float

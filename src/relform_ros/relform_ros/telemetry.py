@@ -213,6 +213,7 @@ def solver_to_msg(report: PerStep[SolverReport]) -> SolverStatusMsg:
         sqp_steps=solver.sqp_steps,
         qp_iterations=solver.qp_iterations,
         active_bounds=solver.active_bounds,
+        active_constraints=list(solver.active_constraints),
         prepare_time=solver.prepare_time,
         feedback_time=solver.feedback_time,
     )
@@ -237,6 +238,7 @@ def solver_from_msg(msg: SolverStatusMsg) -> PerStep[SolverReport]:
         sqp_steps=msg.sqp_steps,
         qp_iterations=msg.qp_iterations,
         active_bounds=msg.active_bounds,
+        active_constraints=tuple(msg.active_constraints),
         prepare_time=_finite(msg.prepare_time, "prepare_time"),
         feedback_time=_finite(msg.feedback_time, "feedback_time"),
     )

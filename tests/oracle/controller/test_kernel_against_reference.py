@@ -68,6 +68,8 @@ def test_the_same_step_under_soft_constraints(seed: int, lag: tuple[str, ...]) -
     kernel, reference = steps(problem, ocp, 1)
     free, _ = steps(problem, problem.ocp, 1)
     assert np.abs(kernel.plan.thrusts - free.plan.thrusts).max() > 0.01, "some constraint matters"
+    assert kernel.active_constraints == reference.active_constraints != ()
+    assert free.active_constraints == ()
     np.testing.assert_allclose(kernel.plan.thrusts, reference.plan.thrusts, atol=1e-7)
     assert kernel.kkt == pytest.approx(reference.kkt, rel=1e-6)
     assert kernel.objective == pytest.approx(reference.objective, rel=1e-9)

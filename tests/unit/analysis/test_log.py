@@ -1,12 +1,15 @@
 """The log of a flight from core types, whole and with parts missing."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from relform_analysis.flight.archive import read_log, write_log
 from relform_analysis.flight.log import LogEntry
 from relform_analysis.flight.log_builder import FlightLogBuilder
+from relform_analysis.plots.constraint_panels import constraint_panels
 from relform_core.names import EstimatorMode
 from relform_core.telemetry import (
     EstimatorReport,
@@ -99,6 +102,27 @@ def test_spans_of_a_degraded_estimator_have_their_last_reason() -> None:
         LogEntry(2 * PERIOD_NS, "estimator", "degraded until 0.20 s: no imu of leader for 0.6 s"),
         LogEntry(6 * PERIOD_NS, "estimator", "degraded until 0.35 s: a jump"),
     )
+
+
+def test_active_constraints_by_name_and_step(tmp_path: Path) -> None:
+    scenario = paper_scenario()
+    builder = perfect_builder(scenario, ["A"] * 3)
+    active = "keep_out leader obstacles.0"
+    builder.add_decision(decision(PERIOD_NS, active_constraints=(active, "tilt leader")))
+    builder.add_decision(decision(2 * PERIOD_NS, active_constraints=(active,)))
+    log = builder.build()
+    assert list(log.active_constraints) == [active, "tilt leader"]
+    assert log.active_constraints[active].tolist() == [False, True, True]
+    write_log(tmp_path / "log.npz", log)
+    again = read_log(tmp_path / "log.npz", scenario)
+    assert {name: steps.tolist() for name, steps in again.active_constraints.items()} == {
+        active: [False, True, True],
+        "tilt leader": [False, True, False],
+    }
+    (panel,) = constraint_panels(log)
+    assert [line.name for line in panel.lines] == [active, "tilt leader"]
+    np.testing.assert_array_equal(panel.lines[1].values, [np.nan, 2.0, np.nan])
+    assert constraint_panels(perfect_builder(scenario, ["A"]).build()) == []
 
 
 def test_leader_and_followers_are_found_by_name() -> None:

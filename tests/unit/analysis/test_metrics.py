@@ -176,6 +176,15 @@ def test_solver() -> None:
     assert (solver.prepare_time_median, solver.feedback_time_median) == (0.020, 0.002)
     assert (solver.step_time_median, solver.step_time_max) == pytest.approx((0.022, 0.039))
     assert solver.fallback_steps == 1
+    assert solver.active_times == {}
+
+
+def test_time_of_active_constraints() -> None:
+    builder = perfect_builder(paper_scenario(), ["A"] * 4)
+    for step, active in enumerate([(), ("tilt leader",), ("tilt leader", "speed leader"), ("tilt leader",)]):
+        builder.add_decision(decision(step * PERIOD_NS, active_constraints=active))
+    found = flight_metrics(builder.build()).solver.active_times
+    assert found == pytest.approx({"tilt leader": 0.15, "speed leader": 0.05})
 
 
 def test_no_flight_has_no_numbers() -> None:

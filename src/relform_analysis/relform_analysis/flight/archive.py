@@ -12,7 +12,7 @@ from relform_core.atomic_file import written_atomically
 from relform_core.errors import RelformError
 from relform_core.load import LoadedScenario
 
-_TABLES = ("solver", "estimator")
+_TABLES = ("solver", "estimator", "active_constraints")
 """Fields of a log that hold arrays by name; an archive has each of these arrays under ``field.name``."""
 _ENTRIES = ("faults", "changes", "degraded")
 """Fields of a log that hold entries in words."""
@@ -67,6 +67,7 @@ def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
             phase=tuple(phase.tolist()),
             solver=tables["solver"],
             estimator=tables["estimator"],
+            active_constraints=tables["active_constraints"],
             faults=entries["faults"],
             changes=entries["changes"],
             degraded=entries["degraded"],

@@ -7,9 +7,9 @@ recorded is NaN.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from relform_core.arrays import Array, Integers
+from relform_core.arrays import Array, Integers, Mask
 from relform_core.load import LoadedScenario
 from relform_core.units import NANOSECONDS_PER_SECOND
 
@@ -91,6 +91,8 @@ class FlightLog:
     """Why the flight could not continue."""
     changes: tuple[LogEntry, ...] = ()
     """What was changed in flight: parameters and formation."""
+    active_constraints: Mapping[str, Mask] = field(default_factory=dict)
+    """Whether a soft constraint was active in the plan, by name, of those that ever were; shape (K,)."""
     degraded: tuple[LogEntry, ...] = ()
     """When the estimator was degraded, until when, and why."""
 

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby
+from itertools import chain, groupby
 
 import numpy as np
 
@@ -73,6 +73,8 @@ class FlightLogBuilder:
         """Name of the phase by the instant of the control step."""
         self._degraded: dict[int, str] = {}
         """Why the estimator is degraded, by the instant of the control step."""
+        self._active: dict[int, tuple[str, ...]] = {}
+        """Soft constraints that are active, by the instant of the control step."""
         self._faults: list[LogEntry] = []
         self._changes: list[LogEntry] = []
 
@@ -127,6 +129,8 @@ class FlightLogBuilder:
         row["status"] = report.value.state
         for name in SOLVER_FIELDS:
             row[name] = getattr(report.value, name)
+        if report.value.active_constraints:
+            self._active[report.stamp_ns] = report.value.active_constraints
 
     def add_event(self, event: PerStep[Event]) -> None:
         """Take an event: a fault, or a change of parameters or formation."""
@@ -197,6 +201,10 @@ class FlightLogBuilder:
             rotor_speeds=logged("rotor_speeds"),
             solver={name: logged(name) for name in SOLVER_COLUMNS},
             estimator={name: logged(name) for name in ESTIMATOR_FIELDS},
+            active_constraints={
+                name: np.array([name in self._active.get(stamp_ns, ()) for stamp_ns in stamps], dtype=bool)
+                for name in sorted(set(chain.from_iterable(self._active.values())))
+            },
             faults=tuple(self._faults),
             changes=tuple(self._changes),
             degraded=tuple(self._spans_degraded(stamps)),

@@ -121,6 +121,8 @@ class SolverMetrics:
     step_time_max: float
     fallback_steps: int
     """Control steps that flew the plan before, because an SQP step failed."""
+    active_times: Mapping[str, float]
+    """For how long each soft constraint was active in the plan, of those that ever were [s]."""
 
 
 @dataclass(frozen=True)
@@ -279,6 +281,10 @@ def _solver_metrics(log: FlightLog) -> SolverMetrics:
         step_time_median=_over(step_time, np.median),
         step_time_max=_over(step_time, np.max),
         fallback_steps=int((solver["status"] == SolverState.FALLBACK).sum()),
+        active_times={
+            name: int(active.sum()) * log.scenario.config.period_ns / NANOSECONDS_PER_SECOND
+            for name, active in log.active_constraints.items()
+        },
     )
 
 

@@ -83,6 +83,7 @@ def build_summary(
         "step_ms_median": 1e3 * solver.step_time_median,
         "step_ms_max": 1e3 * solver.step_time_max,
         "fallback_steps": solver.fallback_steps,
+        "constraints_active_s": dict(solver.active_times),
         "start_settled_s": metrics.start.settled_time,
         "start_tilt_max_deg": math.degrees(metrics.start.tilt_max),
         "event_peak_m": metrics.event.formation_peak,

@@ -7,6 +7,7 @@ from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, FORMATION_S
 from relform_analysis.flight.phases import flown_phases, step_times
 from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
+from relform_analysis.plots.constraint_panels import constraint_panels
 from relform_analysis.plots.estimation_panels import estimation_panels
 from relform_analysis.plots.panels import Panel, flight_panels, pair_label
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
@@ -112,9 +113,9 @@ def flight_data(log: FlightLog) -> Json:
 
 
 def _panels(log: FlightLog) -> list[Panel]:
-    """Errors, then the estimator, then rotors and solver."""
+    """Errors, soft constraints, then the estimator, then rotors and solver."""
     figures = flight_panels(log)
-    errors = [*figures.pop("formation_errors"), *figures.pop("tracking_errors")]
+    errors = [*figures.pop("formation_errors"), *figures.pop("tracking_errors"), *constraint_panels(log)]
     return [*errors, *estimation_panels(log), *(panel for panels in figures.values() for panel in panels)]
 
 

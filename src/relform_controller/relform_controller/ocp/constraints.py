@@ -12,6 +12,7 @@ import casadi as ca
 
 from relform_controller.ocp import layout
 from relform_controller.ocp.model import rotation_IB, rotation_z
+from relform_core.arrays import Mask
 from relform_core.constraints_config import (
     BoxObstacle,
     ConstraintsConfig,
@@ -27,6 +28,8 @@ class VehicleConstraint:
     """A constraint of every vehicle."""
 
     name: str
+    subject: str
+    """What it is about beside the vehicle; empty: nothing."""
     prices: Prices
     excess: Callable[[ca.SX, ca.SX], ca.SX]
     """h, from the state in {mi} and the position p_NB_N of the vehicle."""
@@ -50,14 +53,20 @@ class Constraints:
 
     vehicle: Sequence[VehicleConstraint]
     pair: Sequence[PairConstraint]
+    names: Sequence[str]
+    """Of every row of a stage: those of each vehicle in team order, then those of each pair."""
 
     @property
     def exist(self) -> bool:
         """Whether there are any."""
         return bool(self.vehicle or self.pair)
 
+    def active(self, rows: Mask) -> tuple[str, ...]:
+        """Names of those that are active at some stage; ``rows`` has the shape (stage, row)."""
+        return tuple(name for name, at_stages in zip(self.names, rows.T, strict=True) if at_stages.any())
 
-NO_CONSTRAINTS = Constraints((), ())
+
+NO_CONSTRAINTS = Constraints((), (), ())
 
 
 def make_constraints(
@@ -73,14 +82,15 @@ def make_constraints(
     vehicle: list[VehicleConstraint] = []
     pair: list[PairConstraint] = []
     if (tilt := config.tilt) is not None:
-        vehicle.append(VehicleConstraint("tilt", tilt, lambda state, _: _tilt_excess(state, tilt.max)))
+        vehicle.append(VehicleConstraint("tilt", "", tilt, lambda state, _: _tilt_excess(state, tilt.max)))
     if (speed := config.speed) is not None:
-        vehicle.append(VehicleConstraint("speed", speed, lambda state, _: _speed_excess(state, speed.max)))
+        vehicle.append(
+            VehicleConstraint("speed", "", speed, lambda state, _: _speed_excess(state, speed.max))
+        )
     if (keep_out := config.keep_out) is not None:
-        for obstacle in obstacles:
-            vehicle.append(
-                VehicleConstraint("keep_out", keep_out, _clearance_excess(obstacle, keep_out.margin))
-            )
+        for number, obstacle in enumerate(obstacles):
+            excess = _clearance_excess(obstacle, keep_out.margin)
+            vehicle.append(VehicleConstraint("keep_out", f"obstacles.{number}", keep_out, excess))
     if (separation := config.separation) is not None:
         once = frozenset((i, j) for i, j in layout.ordered_pairs(len(vehicles)) if i < j)
         pair.append(
@@ -94,7 +104,14 @@ def make_constraints(
             PairConstraint("field_of_view", view, seen, lambda state, p: _view_excess(state, p, view))
         )
         pair.append(PairConstraint("view_range", view, seen, lambda _, p: ca.norm_2(p) - view.range_max))
-    return Constraints(vehicle, pair)
+    names = [f"{each.name} {name} {each.subject}".rstrip() for name in vehicles for each in vehicle]
+    names += [
+        f"{each.name} {vehicles[i]} {vehicles[j]}"
+        for i, j in layout.ordered_pairs(len(vehicles))
+        for each in pair
+        if (i, j) in each.pairs
+    ]
+    return Constraints(vehicle, pair, names)
 
 
 def distance(obstacle: Obstacle, p_NB_N: ca.SX) -> ca.SX:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from relform_controller.solver.riccati import Factors, Trajectory, factorize, minimize
 from relform_controller.solver.team_qp import TeamQp
-from relform_core.arrays import Array
+from relform_core.arrays import Array, Mask
 
 ITERATIONS_MAX = 8
 """The method may cycle."""
@@ -32,6 +32,8 @@ class Minimiser:
     iterations: int
     soft: Array
     """Multipliers of the soft constraints, shape (stage 1..N, row)."""
+    active_rows: Mask
+    """Which soft constraints are active, shape (stage 1..N, row)."""
 
 
 def predicted_sides(qp: TeamQp) -> Sides:
@@ -55,7 +57,9 @@ def solve(qp: TeamQp, factors: Factors, sides: Sides, dz0: Array) -> Minimiser |
         beyond -= trajectory.du < qp.lower - TOLERANCE
         corrected = np.where(sides == 0, beyond, kept).astype(np.int8)
         if np.array_equal(corrected, sides):
-            return Minimiser(trajectory, sides, iteration, np.zeros_like(qp.c))
+            return Minimiser(
+                trajectory, sides, iteration, np.zeros_like(qp.c), np.zeros(qp.c.shape, dtype=bool)
+            )
         sides = corrected
         factors = factorize(qp, sides == 0)
     return None

@@ -142,6 +142,7 @@ class ModifiedRti:
             sqp_steps=sum(each.begun for each in tries),
             qp_iterations=sum(step.qp_iterations for step in steps),
             active_bounds=0 if flown is None else flown.active_bounds,
+            active_constraints=() if flown is None else flown.active_constraints,
             prepare_time=prepare_time,
             feedback_time=self._clock() - begin,
         )

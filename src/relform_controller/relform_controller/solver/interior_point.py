@@ -164,8 +164,8 @@ def _complementarity(at: _Point) -> float:
 
 
 def _minimiser(qp: TeamQp, at: _Point, iterations: int) -> Minimiser:
-    s_upper, s_lower, *_ = at.slacks
-    m_upper, m_lower, *_ = at.multipliers
+    s_upper, s_lower, s_soft, _ = at.slacks
+    m_upper, m_lower, m_soft, _ = at.multipliers
     sides = (m_upper > s_upper).astype(np.int8) - (m_lower > s_lower)
     slope = np.where(sides != 0, m_lower - m_upper, 0.0)
-    return Minimiser(Trajectory(at.dz, at.du, slope), sides, iterations, at.multipliers[2])
+    return Minimiser(Trajectory(at.dz, at.du, slope), sides, iterations, m_soft, m_soft > s_soft)

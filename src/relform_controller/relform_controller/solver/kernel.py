@@ -19,6 +19,7 @@ from relform_controller.solver.linearization import (
 )
 from relform_controller.solver.solver import QpError, SqpStep
 from relform_controller.solver.stages import BEFORE, ROTORS, STATE
+from relform_core.arrays import Mask
 from relform_core.c_library import COMPILER_FLAGS, shared_library
 from relform_core.controller_config import WeightsConfig
 
@@ -103,7 +104,16 @@ class KernelSolver:
             structure.objective,
             structure.iterations,
             active_bounds=int(np.count_nonzero(team["side"])),
+            active_constraints=self._active_constraints() if structure.soft else (),
         )
+
+    def _active_constraints(self) -> tuple[str, ...]:
+        """Names of the constraints that are active at the solution of the interior-point method."""
+        team, n_stages, constraints = self._team, self._ocp.n_stages, self._ocp.constraints
+        first = 2 * team["du"].size  # after the bounds
+        rows = slice(first, first + n_stages * len(constraints.names))
+        active: Mask = team["multiplier"][rows] > team["slack"][rows]
+        return constraints.active(active.reshape(n_stages, -1))
 
     def _place(self, geometry: TeamGeometry) -> None:
         """Where the {mi} frames lie."""

@@ -81,6 +81,7 @@ class ReferenceSolver:
             objective=objective(qp, found),
             qp_iterations=found.iterations,
             active_bounds=int(np.count_nonzero(found.sides)),
+            active_constraints=self._ocp.constraints.active(found.active_rows),
         )
         if not (math.isfinite(step.kkt) and math.isfinite(step.objective)):
             raise QpError("the gradient is not finite")

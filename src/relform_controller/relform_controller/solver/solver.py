@@ -23,6 +23,8 @@ class SqpStep:
     """Value of eqs. CostFunc1 and CostFunc2 at the new plan, in the Gauss-Newton model of the step."""
     qp_iterations: int
     active_bounds: int
+    active_constraints: tuple[str, ...] = ()
+    """Names of the soft constraints that are active at some stage."""
 
 
 class Solver(Protocol):
