@@ -54,7 +54,7 @@ def residuals_and_rows(
             following, F = team.motion(states[k], thrusts)
             change = following - states[k + 1]
             change[:, layout.YAW] = wrap_angles(change[:, layout.YAW])
-            noise = team_noise.ProcessNoise().variances(thrusts, PERIOD, PERIOD, BODY).reshape(-1)
+            noise = team_noise.ProcessNoise().variances(thrusts, PERIOD, BODY).reshape(-1)
             residuals.append(change.reshape(-1) * noise**-0.5)
             rows.append({k: -F * noise[:, None] ** -0.5, k + 1: np.diag(noise**-0.5)})
     return residuals, rows

@@ -162,7 +162,9 @@ def test_unknown_plain_name_is_one_line_with_the_known_ones(tmp_path: Path) -> N
     expected = "expected a file name (.yaml) or one of"
     with pytest.raises(ConfigError, match=rf"^unknown scenario 'papr': {re.escape(expected)} .*\bpaper\b"):
         load_scenario("papr")
-    message = f"--set controller=turbo: unknown controller 'turbo': {expected} paper, retuned, team"
+    message = (
+        f"--set controller=turbo: unknown controller 'turbo': {expected} paper, retuned, team, team_100hz"
+    )
     with pytest.raises(ConfigError, match=f"^{re.escape(message)}$"):
         load_scenario(PAPER, ["controller=turbo"])
     scenario = tmp_path / "scenario.yaml"

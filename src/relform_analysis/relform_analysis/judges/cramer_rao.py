@@ -109,7 +109,7 @@ def _informations(
     yield information
     for before, after in pairwise(steps):
         _, F = team.motion(before.states, before.thrusts)
-        Q = np.diag(assumption.noise.variances(before.thrusts, period, period, body).reshape(-1))
+        Q = np.diag(assumption.noise.variances(before.thrusts, period, body).reshape(-1))
         _, W = team.measurement(after.states, before.thrusts, after.observation)
         information = next_information(information, F, Q, W.T @ W)
         yield information

@@ -166,10 +166,10 @@ class TeamEstimator:
     def _predict(self, known: _Known, inputs: AppliedInputs | None, duration_ns: int) -> _Known:
         """What is known after an interval without measurements."""
         inputs = known.inputs if inputs is None else inputs
-        duration, period = (ns / NANOSECONDS_PER_SECOND for ns in (duration_ns, self._period_ns))
+        duration = duration_ns / NANOSECONDS_PER_SECOND
         mean = known.rotors.lag.mean(known.thrusts, inputs.thrusts, duration)
         speeds = np.linalg.norm(known.belief.states[:, layout.VELOCITY], axis=1, keepdims=True)
-        noise = self._noise.variances(mean, duration, period, self._body, speeds)
+        noise = self._noise.variances(mean, duration, self._body, speeds)
         belief = self._filter.predict(known.belief, mean, duration, noise)
         if inputs.doubt.any():
             other = self._filter.predict(known.belief, mean + inputs.doubt, duration, noise)

@@ -11,10 +11,13 @@ from relform_controller.ocp.frames import rotation_CB, rotation_z
 from relform_controller.ocp.model import RigidBody, torque_by_thrusts
 from relform_core.arrays import Array, Mask
 
+PERIOD = 0.05
+"""Time in which the random changes of ``ProcessNoise`` happen, whatever the control period [s]."""
+
 
 @dataclass(frozen=True)
 class ProcessNoise:
-    """Random changes per control period; they grow with the square root of time."""
+    """Random changes within ``PERIOD``; they grow with the square root of time."""
 
     velocity: float = 1e-4
     """[m/s]."""
@@ -32,26 +35,25 @@ class ProcessNoise:
     """Of the acceleration by the known drag, relative: a part of it turns out to be another force."""
 
     def variances(
-        self, thrusts: Array, duration: float, period: float, body: RigidBody, speeds: Array | float = 0.0
+        self, thrusts: Array, duration: float, body: RigidBody, speeds: Array | float = 0.0
     ) -> Array:
         """What an interval adds to the covariance.
 
         Args:
             thrusts: of each rotor in the interval [N], shape (vehicle, 4).
             duration: of the interval [s].
-            period: control period [s].
             speeds: of each vehicle [m/s], shape (vehicle, 1); they matter for a body with drag only.
         Returns:
             Shape (vehicle, 19).
         """
         torque_B = thrusts @ torque_by_thrusts(body).T
-        rate_error = self.inertia * torque_B * duration / np.array(body.inertia)
-        share = duration / period
+        rate_error = self.inertia * torque_B * PERIOD / np.array(body.inertia)
+        share = duration / PERIOD
         added = np.zeros((len(thrusts), N_FILTER_STATE))
         added[:, layout.POSITION] = (0.01 * self.velocity) ** 2 * share  # keeps the covariance definite
         added[:, layout.VELOCITY] = self.velocity**2 * share
         added[:, layout.RPY] = self.angle**2 * share
-        added[:, layout.RATE] = self.rate**2 * share + rate_error**2
+        added[:, layout.RATE] = (self.rate**2 + rate_error**2) * share
         disturbance = self.disturbance + self.drag * max(body.drag) / body.mass * speeds
         added[:, team_model.DISTURBANCE] = disturbance**2 * share
         added[:, team_model.THRUST_SCALE] = self.thrust_scale**2 * share
