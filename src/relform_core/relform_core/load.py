@@ -108,7 +108,16 @@ def _load(
     if (problem := FormationChanges(config).scenario_problem()) is not None:
         where = f"{origins.locate_contradiction(())}: phases.{problem.phase_index}.formation"
         raise ConfigError(f"{where}: {problem}; put a phase with another formation before it")
-    return LoadedScenario(config, checked_seed, tree)
+    return LoadedScenario(config, checked_seed, _written_out(tree, config))
+
+
+def _written_out(tree: dict[str, Any], config: ScenarioConfig) -> dict[str, Any]:
+    """The same with names in place of a number of followers, and with places in place of shapes."""
+    tree["team"]["followers"] = list(config.team.followers)
+    for name, formation in config.formations.items():
+        if "kind" in tree["formations_m"][name] and "kind" not in formation:
+            tree["formations_m"][name] = {follower: list(place) for follower, place in formation.items()}
+    return tree
 
 
 def _resolve_section(tree: dict[str, Any], section: str, folder: Path, origins: Origins) -> None:

@@ -4,16 +4,20 @@ import bisect
 import itertools
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
 
 from relform_core.constraints_config import Obstacle
 from relform_core.controller_config import ControllerConfig, TeamEstimatorConfig
 from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump, Occlusion
+from relform_core.formations_config import FormationConfig
 from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig
 from relform_core.schema import Label, Name, NonNegative, NonNegativeVector3, Positive, Schema, Vector3
+from relform_core.sensing_config import CompleteSensing, SensingConfig, sensing_edges
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
@@ -22,18 +26,29 @@ from relform_core.sensors_config import SensorsConfig
 from relform_core.units import DEGREES, seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
 
-FormationConfig = dict[Name, Vector3]
-"""Position of each follower relative to the leader in {mc} of the leader [m], by follower name."""
-
 PLACE_MAX = 1000.0
 """Bound on each coordinate of a place in a formation [m]; far beyond what sensors see."""
+
+
+FOLLOWERS_MAX = 63
+"""Bound on the number of followers that a file may give in place of names."""
+
+
+def _numbered(written: Any) -> Any:
+    """Names for a number of followers; anything else stays."""
+    if not isinstance(written, int) or isinstance(written, bool):
+        return written
+    if not 1 <= written <= FOLLOWERS_MAX:
+        raise ValueError(f"a number of followers must be 1 to {FOLLOWERS_MAX} (got {written})")
+    return tuple(f"follower_{number}" for number in range(1, written + 1))
 
 
 class TeamConfig(Schema):
     """The vehicles. The team order, leader first, is the order of every axis over vehicles."""
 
     leader: Name
-    followers: Annotated[tuple[Name, ...], Field(min_length=1)]
+    followers: Annotated[tuple[Name, ...], Field(min_length=1, strict=False), BeforeValidator(_numbered)]
+    """Their names; a file may give their number instead, for follower_1, follower_2 and so on."""
 
     @property
     def vehicles(self) -> tuple[Name, ...]:
@@ -89,6 +104,8 @@ class ScenarioConfig(Schema):
     team: TeamConfig
     formations: Annotated[dict[Name, FormationConfig], Field(alias="formations_m", min_length=1)]
     """Position of each follower relative to the leader in {mc} of the leader [m], by formation and name."""
+    sensing: SensingConfig = CompleteSensing(kind="complete")
+    """Which vehicles see each other, if they are in range and in view."""
     start: StartConfig
     phases: Annotated[tuple[PhaseConfig, ...], Field(min_length=1)]
     events: tuple[Event, ...]
@@ -188,6 +205,18 @@ class ScenarioConfig(Schema):
             sensor for sensor in SENSORS if self.sensors.has(sensor) and (is_leader or not sensor.leader_only)
         )
 
+    @cached_property
+    def targets_of(self) -> Mapping[str, tuple[str, ...]]:
+        """The vehicles that each vehicle may see, in team order."""
+        vehicles = self.team.vehicles
+        first = self.formations[self.phases[0].formation]
+        places = np.array([(0.0, 0.0, 0.0), *(first[name] for name in self.team.followers)])
+        edges = sensing_edges(self.sensing, vehicles, places)
+        return {
+            observer: tuple(target for j, target in enumerate(vehicles) if (min(i, j), max(i, j)) in edges)
+            for i, observer in enumerate(vehicles)
+        }
+
     def events_on(self, vehicle: str) -> tuple[Event, ...]:
         """The events that hit a vehicle, in the order of the scenario."""
         return tuple(event for event in self.events if event.target == vehicle)
@@ -257,6 +286,20 @@ class ScenarioConfig(Schema):
             raise ValueError(
                 f"plant.step_s {self.plant.step} does not divide controller.period_s {self.controller.period}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _sensing_possible(self) -> Self:
+        if self.controller.estimator.kind != "raw":
+            self.targets_of  # noqa: B018
+            return self
+        for vehicle, targets in self.targets_of.items():
+            for other in self.team.vehicles:
+                if other not in (vehicle, *targets):
+                    raise ValueError(
+                        f"sensing '{self.sensing.kind}' leaves out '{vehicle}' and '{other}', but "
+                        "controller.estimator 'raw' needs 'complete': choose 'team'"
+                    )
         return self
 
     @model_validator(mode="after")

@@ -23,11 +23,13 @@ class Carrier:
     """All vehicles in team order, leader first."""
     events: tuple[Event, ...]
     """Those that hit the carrier."""
+    targets: tuple[str, ...]
+    """The vehicles that it may see, in team order."""
 
     @classmethod
     def of(cls, config: ScenarioConfig, name: str) -> "Carrier":
         """The vehicle ``name``, which must be in the team."""
-        return cls(name, config.team.vehicles, config.events_on(name))
+        return cls(name, config.team.vehicles, config.events_on(name), config.targets_of[name])
 
     @property
     def is_leader(self) -> bool:

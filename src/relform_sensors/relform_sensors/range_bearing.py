@@ -1,7 +1,7 @@
 """Range and bearing from one vehicle to the others (eqs. CameraRange1, CameraRange2)."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -33,21 +33,26 @@ class RangeBearingSensor:
         targets: Sequence[str],
         outliers: Sequence[Outliers],
         occlusions: Sequence[Occlusion] = (),
+        never_seen: Collection[str] = (),
     ) -> None:
-        """Observer, possible targets in team order, and events; of several outlier events the first acts."""
+        """Observer, all others in team order, events, and the others that are outside of the sensing graph.
+
+        Of several outlier events the first acts.
+        """
         self._config = config
         self._generator = generator
         self._observer = observer
         self._targets = tuple(targets)
         self._outliers = tuple(outliers)
         self._occlusions = tuple(occlusions)
+        self._never_seen = frozenset(never_seen)
 
     def read(self, ground_truth: Mapping[str, Odometry]) -> RangeBearings:
         """Measure, given the true states of observer and targets at one instant."""
         observer = ground_truth[self._observer]
         time = observer.stamp_ns / NANOSECONDS_PER_SECOND
         outlier = next((event for event in self._outliers if event.active(time)), None)
-        hidden = {event.hidden for event in self._occlusions if event.active(time)}
+        hidden = self._never_seen | {event.hidden for event in self._occlusions if event.active(time)}
         R_BN = rotation_matrix(observer.q_NB).T
         by_target = {}
         for target in self._targets:
@@ -98,7 +103,8 @@ def mount(config: RangeBearingConfig, generator: np.random.Generator, carrier: C
     targets = [vehicle for vehicle in carrier.vehicles if vehicle != carrier.name]
     outliers = [event for event in carrier.events if isinstance(event, Outliers)]
     occlusions = [event for event in carrier.events if isinstance(event, Occlusion)]
-    sensor = RangeBearingSensor(config, generator, carrier.name, targets, outliers, occlusions)
+    never_seen = set(targets) - set(carrier.targets)
+    sensor = RangeBearingSensor(config, generator, carrier.name, targets, outliers, occlusions, never_seen)
     return lambda scene: sensor.read(scene.ground_truth)
 
 

@@ -10,6 +10,7 @@ from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
 from relform_core.sensors.sonar import Sonar
 
 SENSORS = {"leader": ["sonar", "range_bearing"], "wing": ["sonar", "range_bearing"]}
+TARGETS = {"leader": ["wing"], "wing": ["leader"]}
 PERIOD_NS = 100_000_000
 
 
@@ -31,7 +32,7 @@ def step(k: int, *silent: str, delay: int = 0) -> TeamMeasurements:
 
 
 def judged(*steps: TeamMeasurements, found: tuple[str, ...] = ()) -> tuple[EstimatorMode, str]:
-    health = TeamHealth(SENSORS, start_ns=0)
+    health = TeamHealth(SENSORS, TARGETS, start_ns=0)
     for each in steps:
         health.note(each)
     return health.judge(steps[-1].arrival_ns, found)
@@ -71,8 +72,15 @@ def test_contradictions_come_first() -> None:
 
 
 def test_who_sees_each_other() -> None:
-    health = TeamHealth(SENSORS, start_ns=0)
+    health = TeamHealth(SENSORS, TARGETS, start_ns=0)
     health.note(step(0))
     assert health.see_each_other("leader", "wing")
     health.note(step(1, "wing>leader"))
     assert not health.see_each_other("leader", "wing")
+
+
+def test_a_vehicle_outside_of_the_sensing_graph_is_not_missed() -> None:
+    health = TeamHealth(SENSORS, {"leader": ["wing"], "wing": []}, start_ns=0)
+    for k in range(12):
+        health.note(step(k, "wing>leader"))
+    assert health.judge(11 * PERIOD_NS, ()) == (EstimatorMode.MEASURED, "")

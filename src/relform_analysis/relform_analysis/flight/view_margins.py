@@ -14,7 +14,8 @@ def view_margins(log: FlightLog) -> Array:
     which it lies deepest, along azimuth or elevation; negative: in no sector.
 
     Returns:
-        Margins [rad], shape (T, n, n), axes observer i, target j; NaN on the diagonal.
+        Margins [rad], shape (T, n, n), axes observer i, target j; NaN for vehicles that the observer does not
+        see, itself included.
     """
     p_BB_N = log.p_NB_N[:, None, :, :] - log.p_NB_N[:, :, None, :]
     p_BB_B = _into_body(p_BB_N, log.q_NB[:, :, None, :])
@@ -22,7 +23,9 @@ def view_margins(log: FlightLog) -> Array:
     azimuth, elevation = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
     sectors = log.scenario.config.sensors.of(RANGE_BEARING).sectors
     margins: Array = np.max([sector.margins(azimuth, elevation) for sector in sectors], axis=0)
-    margins[:, np.arange(len(log.vehicles)), np.arange(len(log.vehicles))] = np.nan
+    targets_of = log.scenario.config.targets_of
+    for i, observer in enumerate(log.vehicles):
+        margins[:, i, [target not in targets_of[observer] for target in log.vehicles]] = np.nan
     return margins
 
 

@@ -112,7 +112,7 @@ class TeamEstimator:
             name: [sensor.name for sensor in config.sensors_of(name) if sensor.name in used]
             for name in self._vehicles
         }
-        self._health = TeamHealth(sensors, start_ns=0)
+        self._health = TeamHealth(sensors, config.targets_of, start_ns=0)
         self._timeline: Timeline[_Known, AppliedInputs] | None = None
         self._findings = _Findings(set())
         self.belief: Belief | None = None

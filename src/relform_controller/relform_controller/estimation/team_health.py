@@ -17,15 +17,18 @@ class TeamHealth:
 
     Args:
         sensors: names of the sensors that the estimator uses, by vehicle in team order.
+        targets: the vehicles that each vehicle may see.
         start_ns: start of the flight.
     """
 
-    def __init__(self, sensors: Mapping[str, Sequence[str]], start_ns: int) -> None:
+    def __init__(
+        self, sensors: Mapping[str, Sequence[str]], targets: Mapping[str, Sequence[str]], start_ns: int
+    ) -> None:
         self._last_ns = {
             f"{sensor} of {vehicle}": start_ns for vehicle, each in sensors.items() for sensor in each
         }
         self._last_seen_ns = {
-            (observer, target): start_ns for observer in sensors for target in sensors if observer != target
+            (observer, target): start_ns for observer, seen in targets.items() for target in seen
         }
         self._missing: list[str] = []
         self._seen: set[tuple[str, str]] = set()
@@ -42,7 +45,7 @@ class TeamHealth:
             for bearings in each.arrived(RANGE_BEARING):
                 for target in bearings.by_target:
                     self._seen.add((vehicle, target))
-                    last_ns = self._last_seen_ns[vehicle, target]
+                    last_ns = self._last_seen_ns.get((vehicle, target), bearings.stamp_ns)
                     self._last_seen_ns[vehicle, target] = max(last_ns, bearings.stamp_ns)
         self._missing = [name for name in self._last_ns if name not in arrived]
 
