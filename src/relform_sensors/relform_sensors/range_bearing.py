@@ -5,7 +5,6 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from relform_core.arrays import Array
 from relform_core.events_config import Occlusion, Outliers
 from relform_core.measurements import Odometry
 from relform_core.schema import Vector3
@@ -54,18 +53,22 @@ class RangeBearingSensor:
         outlier = next((event for event in self._outliers if event.active(time)), None)
         hidden = self._never_seen | {event.hidden for event in self._occlusions if event.active(time)}
         R_BN = rotation_matrix(observer.q_NB).T
+        p_BT_N = np.array([ground_truth[target].p_NB_N for target in self._targets]) - observer.p_NB_N
+        # Body {t} of each target relative to body {b} of the observer.
+        p_BT_B = (R_BN @ p_BT_N[..., None])[..., 0].tolist()
         by_target = {}
-        for target in self._targets:
-            # Body {t} of the target relative to body {b} of the observer.
-            p_BT_B = R_BN @ (ground_truth[target].p_NB_N - observer.p_NB_N)
-            measured = self._read_target(target, p_BT_B, outlier)
+        for target, position in zip(self._targets, p_BT_B, strict=True):
+            measured = self._read_target(target, position, outlier)
             if measured is not None and target not in hidden:
                 by_target[target] = measured
         return RangeBearings(observer.stamp_ns, by_target)
 
-    def _read_target(self, target: str, p_BT_B: Array, outlier: Outliers | None) -> RangeBearing | None:
-        dropout_draw, outlier_draw = self._generator.random(2).tolist()
-        noise, outlier_noise = self._generator.standard_normal((2, 3)).tolist()
+    def _read_target(
+        self, target: str, p_BT_B: Sequence[float], outlier: Outliers | None
+    ) -> RangeBearing | None:
+        dropout_draw, outlier_draw = self._generator.random(), self._generator.random()
+        draws = self._generator.standard_normal(6).tolist()
+        noise, outlier_noise = draws[:3], draws[3:]
 
         truth = _spherical(p_BT_B)
         if not self._in_view(*truth) or dropout_draw < self._config.dropout_probability:
@@ -78,13 +81,10 @@ class RangeBearingSensor:
         azimuth, elevation = _principal(truth[1] + std[1] * noise[1], truth[2] + std[2] * noise[2])
         # The sensor knows neither the truth nor whether this is an outlier.
         of_range, of_azimuth, of_elevation = self._std(distance, elevation)
-        covariance = np.array(
-            [
-                [of_range * of_range, 0.0, 0.0],
-                [0.0, of_azimuth * of_azimuth, 0.0],
-                [0.0, 0.0, of_elevation * of_elevation],
-            ]
-        )
+        covariance = np.zeros((3, 3))
+        covariance[0, 0] = of_range * of_range
+        covariance[1, 1] = of_azimuth * of_azimuth
+        covariance[2, 2] = of_elevation * of_elevation
         return RangeBearing(target, distance, azimuth, elevation, covariance)
 
     def _in_view(self, distance: float, azimuth: float, elevation: float) -> bool:
@@ -108,9 +108,9 @@ def mount(config: RangeBearingConfig, generator: np.random.Generator, carrier: C
     return lambda scene: sensor.read(scene.ground_truth)
 
 
-def _spherical(p_BT_B: Array) -> Vector3:
-    """Range, azimuth and elevation of a relative position, shape (3,)."""
-    x, y, z = p_BT_B.tolist()
+def _spherical(p_BT_B: Sequence[float]) -> Vector3:
+    """Range, azimuth and elevation of a relative position."""
+    x, y, z = p_BT_B
     horizontal = math.hypot(x, y)
     return math.hypot(horizontal, z), math.atan2(y, x), math.atan2(z, horizontal)
 

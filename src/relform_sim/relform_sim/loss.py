@@ -1,6 +1,5 @@
 """Random loss of messages."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,6 +25,8 @@ class Loss:
 
     def loses(self, time: float) -> bool:
         """Draw whether the message of this time [s] is lost."""
-        acting = [self._probability, *(event.probability for event in self._events if event.active(time))]
-        arrives = math.prod(1.0 - probability for probability in acting)
-        return bool(self._generator.random() >= arrives)
+        arrives = 1.0 - self._probability
+        for event in self._events:
+            if event.active(time):
+                arrives *= 1.0 - event.probability
+        return self._generator.random() >= arrives

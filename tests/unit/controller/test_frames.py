@@ -10,6 +10,7 @@ from relform_controller.ocp.frames import (
     rotation_x,
     rotation_y,
     rotation_z,
+    rotations_z,
     rpy_from_quaternion,
     wrap_angle,
 )
@@ -28,6 +29,11 @@ def test_a_positive_pitch_lowers_the_nose() -> None:
 
 def test_a_positive_yaw_turns_to_the_left() -> None:
     np.testing.assert_allclose(rotation_z(30 * DEGREE) @ FORWARD, [math.sqrt(3) / 2, 0.5, 0], atol=1e-15)
+
+
+def test_many_yaws_turn_as_each_alone_does() -> None:
+    yaws = np.array([0.3, -2.9, 3.3])
+    np.testing.assert_array_equal(rotations_z(yaws), [rotation_z(yaw) for yaw in yaws])
 
 
 def test_pitch_is_applied_after_roll() -> None:

@@ -46,6 +46,16 @@ def test_one_time_constant_by_hand() -> None:
     assert lag.mean(start, command, 0.05) == pytest.approx(2.0 - (1.0 - math.exp(-1.0)))
 
 
+@pytest.mark.parametrize("time_constant", [0.0, 0.05])
+def test_intervals_in_a_row(time_constant: float) -> None:
+    lag = RotorLag(time_constant)
+    commands = np.stack([COMMANDS, COMMANDS[::-1], STARTS + 0.1], axis=1)
+    expected = [STARTS]
+    for k in range(3):
+        expected.append(lag.after(expected[-1], commands[:, k], 0.02))
+    np.testing.assert_array_equal(lag.sequence(STARTS, commands, 0.02), np.stack(expected, axis=1))
+
+
 def test_without_lag_thrusts_are_commands() -> None:
     lag = RotorLag(0.0)
     assert lag.after(STARTS, COMMANDS, 0.05) is COMMANDS

@@ -264,15 +264,18 @@ class TeamEstimator:
 
     def _note_sightings(self, stamp_ns: int, seen: Mask, rejected: Mask, distances: Array) -> None:
         """Count what is new in this update: a late message repeats the corrections that follow it."""
-        for pair in np.flatnonzero(seen):
-            observer, target = (self._vehicles[vehicle] for vehicle in self._pairs[pair])
-            if (stamp_ns, observer) not in self._findings.fresh:
+        findings = self._findings
+        for (i, j), is_seen, is_rejected, distance in zip(
+            self._pairs, seen.tolist(), rejected.tolist(), distances.tolist(), strict=True
+        ):
+            observer = self._vehicles[i]
+            if not is_seen or (stamp_ns, observer) not in findings.fresh:
                 continue
-            if rejected[pair]:
-                self._findings.rejected.append(f"range and bearing from {observer} to {target}")
+            if is_rejected:
+                findings.rejected.append(f"range and bearing from {observer} to {self._vehicles[j]}")
             else:
-                self._findings.nis += float(distances[pair])
-                self._findings.n_sightings += 1
+                findings.nis += distance
+                findings.n_sightings += 1
 
     def _estimate(self, now_ns: int, belief: Belief) -> TeamEstimate:
         """The belief in the {mi} frames of the vehicles, and what was found in this step."""

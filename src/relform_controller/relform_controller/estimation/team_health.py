@@ -51,7 +51,7 @@ class TeamHealth:
 
     def see_each_other(self, one: str, other: str) -> bool:
         """Whether sightings of two vehicles by each other arrived in this step."""
-        return {(one, other), (other, one)} <= self._seen
+        return (one, other) in self._seen and (other, one) in self._seen
 
     def judge(self, now_ns: int, contradictions: Sequence[str]) -> tuple[EstimatorMode, str]:
         """Mode of the estimate and its reason.

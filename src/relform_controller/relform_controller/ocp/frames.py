@@ -41,6 +41,18 @@ def rotation_z(yaw: float) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def rotations_z(yaws: Array) -> Array:
+    """``rotation_z`` of each yaw, shape (n,), to the last bit; shape (n, 3, 3)."""
+    angles, rotations = yaws.tolist(), np.zeros((len(yaws), 3, 3))
+    # The sine of NumPy differs in the last bit.
+    cosines, sines = np.array([math.cos(a) for a in angles]), np.array([math.sin(a) for a in angles])
+    rotations[:, 0, 0] = rotations[:, 1, 1] = cosines
+    rotations[:, 1, 0] = sines
+    rotations[:, 0, 1] = -sines
+    rotations[:, 2, 2] = 1.0
+    return rotations
+
+
 def rotation_CB(roll: float, pitch: float) -> Array:
     """R_CB = R_y(pitch) R_x(roll): from the body to {mc}, which has the body's yaw; shape (3, 3)."""
     return rotation_y(pitch) @ rotation_x(roll)
@@ -48,7 +60,7 @@ def rotation_CB(roll: float, pitch: float) -> Array:
 
 def rpy_from_quaternion(q_NB: Array) -> tuple[float, float, float]:
     """Roll, pitch and yaw (Euler ZYX) [rad] of a quaternion (x, y, z, w) of any non-zero norm."""
-    x, y, z, w = q_NB
+    x, y, z, w = q_NB.tolist()
     norm2 = x * x + y * y + z * z + w * w
     roll = math.atan2(2.0 * (w * x + y * z), w * w - x * x - y * y + z * z)
     pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x) / norm2)))

@@ -88,12 +88,12 @@ class Plan:
     rotors: Rotors
     """At the start of the horizon; their thrusts follow the commands from there."""
 
-    def rotors_by_stage(self, stage: float) -> list[Rotors]:
-        """The rotors at stages 0..N, each ``stage`` seconds long."""
-        rotors = [self.rotors]
-        for commands in self.thrusts.swapaxes(0, 1):
-            rotors.append(rotors[-1].after(commands, stage))
-        return rotors
+    def rotor_thrusts(self, stage: float) -> Array:
+        """Thrusts of the rotors at stages 0..N, each ``stage`` seconds long [N].
+
+        Shape (vehicle, stage 0..N, N_INPUT).
+        """
+        return self.rotors.lag.sequence(self.rotors.thrusts, self.thrusts, stage)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,8 @@ with (1 - e) u + e T. With m = (1 - e) * time_constant / h, the mean thrust in i
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from relform_core.arrays import Array
 
 
@@ -39,6 +41,22 @@ class RotorLag:
         if self.time_constant == 0.0:
             return commanded
         return commanded + self.decay(time) * (thrusts - commanded)
+
+    def sequence(self, thrusts: Array, commanded: Array, time: float) -> Array:
+        """Thrusts before and after each of some intervals in a row.
+
+        Args:
+            thrusts: before the first one [N], shape (vehicle, N_INPUT).
+            commanded: in each of them [N], shape (vehicle, interval, N_INPUT).
+            time: length of each [s].
+        Returns:
+            Shape (vehicle, interval + 1, N_INPUT) [N].
+        """
+        found: Array = np.concatenate([thrusts[:, None], commanded], axis=1)
+        if self.time_constant != 0.0:
+            for k in range(commanded.shape[1]):
+                found[:, k + 1] = self.after(found[:, k], commanded[:, k], time)
+        return found
 
     def mean(self, thrusts: Array, commanded: Array, duration: float) -> Array:
         """Mean thrusts over an interval of constant commands; arguments as in ``after``."""

@@ -66,8 +66,7 @@ class KernelSolver:
         team["states"][...] = guess.states
         team["commands"][...] = guess.thrusts
         if ocp.rotors_may_lag:
-            for stage, rotors in enumerate(guess.rotors_by_stage(ocp.stage)):
-                team["rotors"][:, stage] = rotors.thrusts
+            team["rotors"][...] = guess.rotor_thrusts(ocp.stage)
         team["disturbances"][...] = disturbances(ocp, geometry)
         self._place(geometry)
         team.structure.memory, team.structure.decay = lag.memory(ocp.stage), lag.decay(ocp.stage)

@@ -172,8 +172,7 @@ def stage_states(ocp: Ocp, plan: Plan) -> Array:
     before = np.concatenate([plan.thrusts[:, :1], plan.thrusts], axis=1)
     if not ocp.rotors_may_lag:
         return np.concatenate([plan.states, before], axis=2)
-    thrusts = np.stack([rotors.thrusts for rotors in plan.rotors_by_stage(ocp.stage)], axis=1)
-    return np.concatenate([plan.states, before, thrusts], axis=2)
+    return np.concatenate([plan.states, before, plan.rotor_thrusts(ocp.stage)], axis=2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,13 +4,11 @@ The {mi} of a vehicle moves to where its body is predicted to be one period late
 shifted guess then start at zero, as those of the next measurement do (Algorithm MRTI).
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from relform_controller.compiled import CompiledFunction
 from relform_controller.ocp import layout
-from relform_controller.ocp.frames import rotation_z
+from relform_controller.ocp.frames import rotation_z, rotations_z
 from relform_controller.ocp.problem import Disturbances, HorizonStart, Ocp, Plan, TeamGeometry
 from relform_core.arrays import Array
 
@@ -41,12 +39,12 @@ def shift(plan: Plan, predict: CompiledFunction, ocp: Ocp) -> Plan:
     """
     share = ocp.period / ocp.stage
     following_thrusts = np.concatenate([plan.thrusts[:, 1:], plan.thrusts[:, -1:]], axis=1)
-    rotors = plan.rotors_by_stage(ocp.stage)
+    rotor_thrusts, lag = plan.rotor_thrusts(ocp.stage), plan.rotors.lag
     following_rotors = plan.rotors.after(plan.thrusts[:, 0], ocp.period)
 
     def period_later(stage: int) -> Array:
         commands = plan.thrusts[:, min(stage, ocp.n_stages - 1)]
-        (following,) = predict(plan.states[:, stage], rotors[stage].mean(commands, ocp.period))
+        (following,) = predict(plan.states[:, stage], lag.mean(rotor_thrusts[:, stage], commands, ocp.period))
         return following
 
     if share == 1.0:
@@ -67,20 +65,15 @@ def transform(
     states = plan.states.copy()
     origin = plan.states[:, 0, layout.POSITION]  # p_IJ_I, of the next {mi} `J` in the present `I`
     yaw = plan.states[:, 0, layout.YAW]
-    R_JI = [rotation_z(-angle) for angle in yaw]
-    for vehicle, R in enumerate(R_JI):
-        states[vehicle, :, layout.POSITION] = (
-            plan.states[vehicle, :, layout.POSITION] - origin[vehicle]
-        ) @ R.T
-        states[vehicle, :, layout.VELOCITY] = plan.states[vehicle, :, layout.VELOCITY] @ R.T
-        states[vehicle, :, layout.YAW] -= yaw[vehicle]
-    p_J1J2_J1 = np.array(
-        [
-            R_JI[i] @ (geometry.p_I1I2_I1[p] + rotation_z(geometry.yaw_I1I2[p]) @ origin[j] - origin[i])
-            for p, (i, j) in enumerate(pairs)
-        ]
-    )
-    yaw_J1J2 = np.array([geometry.yaw_I1I2[p] + yaw[j] - yaw[i] for p, (i, j) in enumerate(pairs)])
+    R_JI = rotations_z(-yaw)
+    R_IJ = R_JI.swapaxes(1, 2)
+    states[..., layout.POSITION] = (plan.states[..., layout.POSITION] - origin[:, None]) @ R_IJ
+    states[..., layout.VELOCITY] = plan.states[..., layout.VELOCITY] @ R_IJ
+    states[..., layout.YAW] -= yaw[:, None]
+    i, j = np.array(pairs).T
+    p_J2_I1 = geometry.p_I1I2_I1 + _each_turned(rotations_z(geometry.yaw_I1I2), origin[j])
+    p_J1J2_J1 = _each_turned(R_JI[i], p_J2_I1 - origin[i])
+    yaw_J1J2 = geometry.yaw_I1I2 + yaw[j] - yaw[i]
     next_geometry = TeamGeometry(
         p_I1I2_I1=p_J1J2_J1,
         yaw_I1I2=yaw_J1J2,
@@ -91,8 +84,13 @@ def transform(
     return Plan(states, plan.thrusts, plan.rotors), next_geometry
 
 
-def _turned(disturbances: Disturbances | None, R_JI: Sequence[Array]) -> Disturbances | None:
+def _turned(disturbances: Disturbances | None, R_JI: Array) -> Disturbances | None:
     if disturbances is None:
         return None
-    acceleration_J = np.array([R @ a for R, a in zip(R_JI, disturbances.acceleration_I, strict=True)])
-    return Disturbances(acceleration_J, disturbances.thrust_scale)
+    return Disturbances(_each_turned(R_JI, disturbances.acceleration_I), disturbances.thrust_scale)
+
+
+def _each_turned(rotations: Array, vectors: Array) -> Array:
+    """Each vector, shape (n, 3), by its own rotation, shape (n, 3, 3)."""
+    turned: Array = (rotations @ vectors[..., None])[..., 0]
+    return turned
