@@ -173,7 +173,7 @@ def test_composed_nodes_send_the_same_messages(flown: dict[str, Fly]) -> None:
         assert composed[topic] == apart[topic], topic
     assert composed.keys() == apart.keys()
     flight = flown["composed"]
-    assert flight.out.startswith("starting 6 nodes in one process, ROS_DOMAIN_ID=")
+    assert flight.out.startswith("starting 7 nodes in one process, ROS_DOMAIN_ID=")
     logs = {path.name: path.read_text() for path in (flight.folder / "log").iterdir()}
     assert logs == {"composed.log": ""}
 
@@ -263,6 +263,16 @@ def test_lost_node_is_named(marks: tuple[str, ...], name: str, fly: Callable[...
         assert recorded > 0  # its last chunk is lost
     else:  # a message of the last step that reached the monitor first can die with its sender
         assert recorded >= summary["steps"] - 1
+
+
+def test_process_of_all_nodes_that_hangs_ends_the_flight(fly: Callable[..., Fly]) -> None:
+    flight = fly("--composed", overrides=(LONG, "lockstep.step_timeout_s=2.0"))
+    flight.in_the_air()
+    os.kill(flight.node("lib/relform_bringup/composed"), signal.SIGSTOP)
+    assert flight.end() == EXIT_FAILED
+    assert flight.err == "error: the process of all nodes has finished no step for 4 s\n"
+    assert flight.summary["steps"] > 0
+    assert len(read_flight_log(flight.folder).phase) > 0
 
 
 def test_no_process_outlives_the_script(fly: Callable[..., Fly]) -> None:

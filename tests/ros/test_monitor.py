@@ -10,7 +10,7 @@ from rclpy.serialization import serialize_message
 
 from relform_analysis.flight.log import FlightLog
 from relform_bringup.message_store import BLOCK_BYTES, MessageStore
-from relform_bringup.nodes.monitor import Monitor
+from relform_bringup.nodes.monitor import Monitor, MonitorNode, logged_topics
 from relform_core.names import GROUND_TRUTH, MONITOR_NODE, SOLVER, SolverState, vehicle_topic
 from relform_core.roster import Roster
 from relform_msgs.msg import SolverStatus
@@ -80,11 +80,13 @@ class MadeUpPacing:
 
 def watch(n_steps: int, folder: Path) -> tuple[Monitor, FlightLog, int]:
     """The monitor and the log of a flight, and the most memory that watching it took [bytes]."""
+    topics = logged_topics(SCENARIO, [MONITOR_NODE])
     with MessageStore(folder) as store:
-        monitor = Monitor(SCENARIO, MadeUpPacing(n_steps), store, lambda flight: None)
+        monitor = Monitor(SCENARIO, topics, store, lambda flight: None)
+        node = MonitorNode(MadeUpPacing(n_steps), topics, monitor.take)
         tracemalloc.start()
         try:
-            run_without_waiting(monitor.run())
+            run_without_waiting(node.run())
             _, peak = tracemalloc.get_traced_memory()
         finally:
             tracemalloc.stop()

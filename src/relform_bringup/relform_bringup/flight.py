@@ -4,9 +4,11 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -39,6 +41,8 @@ COMPOSED = ("relform_bringup", "composed")
 COMPOSED_NAME = "the process of all nodes"
 WATCH_S = 0.02
 """Period at which the processes are checked."""
+STANDSTILL = 2.0
+"""Share of the clock's step timeout after which a process with all nodes hangs."""
 END_S = 10.0
 """Time in which the nodes must end after the last step."""
 
@@ -69,7 +73,7 @@ class Flight:
     Args:
         folder: run folder with the effective configuration in it.
         record: whether a bag is recorded.
-        composed: whether all nodes but the monitor share a process.
+        composed: whether all nodes share one process.
         domain_id: ROS domain of the nodes.
         interruption: signals of the user, which end the flight.
         on_step: called at the end of each step with its number and the process ids of the nodes.
@@ -96,6 +100,8 @@ class Flight:
         self._composed = composed
         self._clock: Child | None = None
         self._recorder: Child | None = None
+        self._steps: Connection | None = None
+        """Messages of each step of a composed flight."""
         self._monitor: Monitor | None = None
         self._watched = -math.inf
 
@@ -110,12 +116,15 @@ class Flight:
             with FlightDisplay(console, self._scenario.config) as display:
                 try:
                     self._start()
-                    # The monitor, which is a member, runs in this process; the clock is no member.
-                    where = " in one process" if self._composed else ""
-                    started = f"starting {len(self._roster.members)} nodes{where}"
-                    display.message(f"{started}, ROS_DOMAIN_ID={self._domain_id}")
+                    # All members, and the clock. Except in a composed flight, the monitor runs already.
+                    nodes = f"{self._supervisor.size} nodes"
+                    if self._composed:
+                        nodes = f"{len(self._roster.members) + 1} nodes in one process"
+                    display.message(f"starting {nodes}, ROS_DOMAIN_ID={self._domain_id}")
                     self._watch_flight(display, store)
                 finally:
+                    if self._steps is not None:
+                        self._steps.close()  # nothing waits until a step is read from it
                     self._supervisor.stop(first=self._recorder)
         except InterruptionError as error:
             outcome, reason = Outcome.INTERRUPTED, str(error)
@@ -142,54 +151,85 @@ class Flight:
         output = ("-p", bag) if record else ()
         # If this process is killed, the kernel sends SIGINT to the recorder, which then closes the bag.
         if self._composed:
-            dies_by = "INT" if record else "KILL"
-            self._clock = self._start_nodes(COMPOSED_NAME, COMPOSED, *output, dies_by=dies_by, log="composed")
-            self._recorder = self._clock if record else None
+            self._start_composed(output)
             return
         for vehicle in self._roster.vehicles:
-            self._start_nodes(vehicle_node(vehicle), QUADROTOR, "-r", f"__ns:=/{vehicle}")
+            self._start_node(vehicle_node(vehicle), QUADROTOR, "-r", f"__ns:=/{vehicle}")
         for controller in self._roster.controllers:
-            self._start_nodes(controller.node, CONTROLLER, "-r", f"__ns:=/{controller.name}")
-        self._clock = self._start_nodes(CLOCK_NODE, CLOCK)
+            self._start_node(controller.node, CONTROLLER, "-r", f"__ns:=/{controller.name}")
+        self._clock = self._start_node(CLOCK_NODE, CLOCK)
         if record:
-            self._recorder = self._start_nodes(RECORDER_NODE, RECORDER, *output, dies_by="INT")
+            self._recorder = self._start_node(RECORDER_NODE, RECORDER, *output, dies_by="INT")
 
-    def _start_nodes(
-        self,
-        name: str,
-        program: tuple[str, str],
-        *arguments: str,
-        dies_by: str = "KILL",
-        log: str | None = None,
+    def _start_composed(self, output: Sequence[str]) -> None:
+        self._steps, sender = Pipe(duplex=False)
+        pipe = ("-p", f"{MONITOR_NODE.strip('/')}:pipe:={sender.fileno()}")
+        command = self._command(COMPOSED, *pipe, *output)
+        self._clock = self._supervisor.start(COMPOSED_NAME, command, "INT", "composed", [sender.fileno()])
+        self._recorder = self._clock if output else None
+        sender.close()
+
+    def _start_node(
+        self, node: str, program: tuple[str, str], *arguments: str, dies_by: str = "KILL"
     ) -> Child:
+        return self._supervisor.start(node, self._command(program, *arguments), dies_by)
+
+    def _command(self, program: tuple[str, str], *arguments: str) -> list[str]:
         command = [executable(*program), "--ros-args", "--disable-external-lib-logs"]
         # The values are YAML; JSON is YAML too, and quotes any path correctly.
         for parameter, value in (("scenario", str(self._folder.config)), ("observers", self._observers)):
             command += ["-p", f"{parameter}:={json.dumps(value)}"]
-        return self._supervisor.start(name, [*command, *arguments], dies_by, log)
+        return [*command, *arguments]
 
     def _watch_flight(self, display: FlightDisplay, store: MessageStore) -> None:
         self._interruption.check()
         # Imported here, while the nodes start, because importing ROS takes as long.
-        from relform_bringup.nodes.monitor import monitoring
+        from relform_bringup.nodes.monitor import Monitor, logged_topics, monitoring
 
         def show(monitor: "Monitor") -> None:
             display.show(monitor)
             if self._on_step is not None:
                 self._on_step(monitor.step, self._supervisor.pids)
 
-        with monitoring(self._scenario, self._observers, store, show, self._watch) as (monitor, spinner):
-            self._monitor = monitor
-            spinner.run([monitor.run()])
-            deadline = time.monotonic() + END_S
-            while running := self._supervisor.running():
-                self._watch()
-                if time.monotonic() > deadline:
-                    names = ", ".join(child.name for child in running)
-                    raise FlightError(f"the flight is over, but still running after {END_S:g} s: {names}")
-                time.sleep(WATCH_S)
-            self._watched = -math.inf
+        topics = logged_topics(self._scenario, self._observers)
+        monitor = self._monitor = Monitor(self._scenario, topics, store, show)
+        if self._steps is not None:
+            self._follow(monitor, self._steps)
+            self._await_ends()
+        else:
+            with monitoring(self._scenario, self._observers, monitor.take, self._watch) as run:
+                run()
+                self._await_ends()
+
+    def _follow(self, monitor: "Monitor", steps: Connection) -> None:
+        """Take in what the process of all nodes sends, until it closes the pipe."""
+        limit_s = STANDSTILL * self._scenario.config.lockstep.step_timeout
+        deadline = math.inf
+        while True:
+            self._interruption.check()
+            if steps.poll(WATCH_S):
+                try:
+                    messages = steps.recv()
+                except (EOFError, OSError):  # OSError: it was killed while it wrote
+                    return
+                monitor.take(messages)
+                deadline = time.monotonic() + limit_s
+                continue
             self._watch()
+            if time.monotonic() > deadline:
+                raise FlightError(f"{COMPOSED_NAME} has finished no step for {limit_s:g} s")
+
+    def _await_ends(self) -> None:
+        """Wait until all processes have ended."""
+        deadline = time.monotonic() + END_S
+        while running := self._supervisor.running():
+            self._watch()
+            if time.monotonic() > deadline:
+                names = ", ".join(child.name for child in running)
+                raise FlightError(f"the flight is over, but still running after {END_S:g} s: {names}")
+            time.sleep(WATCH_S)
+        self._watched = -math.inf
+        self._watch()
 
     def _watch(self) -> None:
         """Raise an error if the user or a lost node ends the flight."""

@@ -18,12 +18,13 @@ POLL_S = 0.01
 class Child:
     """One process in a session of its own, so that signals of the terminal do not reach it."""
 
-    def __init__(self, name: str, command: Sequence[str], log: Path) -> None:
+    def __init__(self, name: str, command: Sequence[str], log: Path, pass_fds: Sequence[int] = ()) -> None:
         """Start it.
 
         Args:
             name: fully qualified name of its node, or what it is called in messages.
             log: file for its output.
+            pass_fds: open files that it inherits.
         Raises:
             FlightError: it cannot be started.
         """
@@ -37,6 +38,7 @@ class Child:
                     stdout=output,
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
+                    pass_fds=pass_fds,
                 )
         except OSError as error:
             raise FlightError(f"{name}: cannot be started: {error.strerror}: {error.filename}") from None
@@ -78,19 +80,25 @@ class Supervisor:
         self._children: list[Child] = []
 
     def start(
-        self, name: str, command: Sequence[str], dies_by: str = "KILL", log_name: str | None = None
+        self,
+        name: str,
+        command: Sequence[str],
+        dies_by: str = "KILL",
+        log_name: str | None = None,
+        pass_fds: Sequence[int] = (),
     ) -> Child:
         """Start a process.
 
         Args:
             name: fully qualified name of its node, or what it is called in messages.
             log_name: of the file of its output; None: as its node is called.
+            pass_fds: open files that it inherits.
             dies_by: name of the signal that the kernel sends to it when this process dies, even by SIGKILL.
         Raises:
             FlightError: it cannot be started, or this system has no setpriv.
         """
         log = self._log / f"{log_name or name.strip('/').replace('/', '.')}.log"
-        child = Child(name, [find_setpriv(), "--pdeathsig", dies_by, "--", *command], log)
+        child = Child(name, [find_setpriv(), "--pdeathsig", dies_by, "--", *command], log, pass_fds)
         self._children.append(child)
         return child
 

@@ -17,6 +17,9 @@ from relform_ros.intra_process import IntraProcess
 SIGNAL_LATENCY_S = 0.1
 """Longest time until a waiting node notices a signal."""
 
+LOOK_EVERY_S = 0.01
+"""How often callbacks run while the nodes of a process keep each other busy."""
+
 SILENCE = 0.5
 """Share of the waiting time without a message after which missed messages are looked for."""
 
@@ -87,10 +90,13 @@ class Spinner:
             StopRequestedError: by a signal.
         """
         waits: dict[Logic, Wait | None] = dict.fromkeys(logics)
+        next_look = 0.0
         try:
             while (progress := _continue(waits)) or waits:
-                if progress and len(waits) > 1:
-                    self.once(0.0)  # another logic may have waited for what this one did
+                if progress and len(waits) > 1:  # another logic may have waited for what this one did
+                    if time.monotonic() >= next_look:
+                        self.once(0.0)
+                        next_look = time.monotonic() + LOOK_EVERY_S
                 elif waits:
                     self.once(min(wait.poll_s for wait in waits.values() if wait is not None))
         finally:

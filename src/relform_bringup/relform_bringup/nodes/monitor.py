@@ -1,13 +1,15 @@
-"""The monitor: a member of the barrier that stores the messages of a flight for live line and summary."""
+"""The monitor: what live line and summary show of a flight, and the member of the barrier that reads it."""
 
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 
 import numpy as np
 import rclpy
+from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
@@ -17,6 +19,7 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_bringup.message_store import MessageStore
+from relform_core.errors import ConfigError
 from relform_core.load import LoadedScenario
 from relform_core.names import (
     EVENTS,
@@ -32,9 +35,17 @@ from relform_core.roster import Roster
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.pacing import Pacing
+from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.raw import raw_stamp_ns
-from relform_ros.spinner import Spinner
+from relform_ros.run_node import Runnable
+from relform_ros.spinner import Spinner, StopRequestedError
+from relform_ros.topics import Topic, topic_table
 
+StepMessages = Sequence[tuple[str, bytes]]
+"""The messages of a step: topic and data."""
+PIPE = "pipe"
+"""Parameter of the node in a process that ``fly`` starts."""
+NO_PIPE = -1
 RECENT_STEPS = 3
 """Among the messages of this many steps is one step of which all have arrived."""
 
@@ -45,11 +56,16 @@ class Monitor:
     def __init__(
         self,
         scenario: LoadedScenario,
-        pacing: Pacing,
+        topics: Iterable[Topic],
         store: MessageStore,
         on_step: Callable[["Monitor"], None],
     ) -> None:
-        """``on_step`` is called at the end of each step."""
+        """Start before the first step.
+
+        Args:
+            topics: see ``logged_topics``.
+            on_step: called at the end of each step.
+        """
         self.step = -1
         """The newest step that was seen whole; -1: none."""
         self.fallbacks = 0
@@ -58,30 +74,18 @@ class Monitor:
         self._on_step = on_step
         self._began = self._now = 0.0
         self._store = store
-        self._pacing = pacing
-        logged = message_takers(FlightLogBuilder(scenario), scenario.config)
-        self._types = {topic.name: topic.type for topic in pacing.readable if topic.name in logged}
+        self._types = {topic.name: topic.type for topic in topics}
         self._recent: deque[tuple[str, bytes]] = deque(maxlen=RECENT_STEPS * len(self._types))
-        for topic in self._types:
-            pacing.read(topic, decode=_Serialized, raw=True)
 
-    async def run(self) -> None:
-        """Watch the flight to its end.
-
-        Raises:
-            StopRequestedError: by a signal.
-        """
-        async for step in self._pacing.steps():
-            self._now = time.perf_counter()
-            if step == 0:
-                self._began = self._now
-            for topic, messages in (await self._pacing.gather(step)).messages.items():
-                for message in messages:
-                    self._keep(topic, message.data)
-            self.step = step
-            self._on_step(self)
-            self._pacing.done(step)
+    def take(self, messages: StepMessages) -> None:
+        """Take in the next step."""
         self._now = time.perf_counter()
+        if self.step < 0:
+            self._began = self._now
+        for topic, data in messages:
+            self._keep(topic, data)
+        self.step += 1
+        self._on_step(self)
 
     @property
     def flown(self) -> float:
@@ -90,7 +94,7 @@ class Monitor:
 
     @property
     def wall_time(self) -> float:
-        """Wall time since the first tick [s]."""
+        """Wall time since the first step [s]."""
         return self._now - self._began
 
     def formation_error(self) -> float | None:
@@ -139,20 +143,85 @@ class _Serialized:
         return raw_stamp_ns(self.data)
 
 
+class MonitorNode:
+    """Reads a flight, and hands the logged messages of each step over."""
+
+    def __init__(self, pacing: Pacing, topics: Iterable[Topic], take: Callable[[StepMessages], None]) -> None:
+        self._pacing = pacing
+        self._take = take
+        for topic in topics:
+            pacing.read(topic.name, decode=_Serialized, raw=True)
+
+    async def run(self) -> None:
+        """Watch the flight to its end.
+
+        Raises:
+            StopRequestedError: by a signal.
+        """
+        async for step in self._pacing.steps():
+            gathered = (await self._pacing.gather(step)).messages
+            self._take([(topic, message.data) for topic, each in gathered.items() for message in each])
+            self._pacing.done(step)
+
+
+def logged_topics(scenario: LoadedScenario, observers: Sequence[str]) -> list[Topic]:
+    """The topics of which the log of a flight is made."""
+    logged = message_takers(FlightLogBuilder(scenario), scenario.config)
+    table = topic_table(scenario.config, Roster.of(scenario.config, observers))
+    return [topic for topic in table.values() if topic.name in logged]
+
+
 @contextmanager
 def monitoring(
     scenario: LoadedScenario,
     observers: Sequence[str],
-    store: MessageStore,
-    on_step: Callable[[Monitor], None],
+    take: Callable[[StepMessages], None],
     watch: Callable[[], None],
-) -> Iterator[tuple[Monitor, Spinner]]:
-    """A monitor in this process, while the block runs, and what runs it; calls ``watch`` while it waits."""
+) -> Iterator[Callable[[], None]]:
+    """The node in this process, while the block runs; gives what runs it to the end of the flight.
+
+    Args:
+        take: called with each step.
+        watch: called repeatedly while the node waits.
+    """
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = rclpy.create_node(split_node_name(MONITOR_NODE)[1], enable_rosout=False)
+        node = create_monitor()
         spinner = Spinner(node, watch=watch)
         pacing = LockstepPacing(node, spinner, scenario, Roster.of(scenario.config, observers))
-        yield Monitor(scenario, pacing, store, on_step), spinner
+        logic = MonitorNode(pacing, logged_topics(scenario, observers), take)
+        yield lambda: spinner.run([logic.run()])
     finally:
         try_shutdown()
+
+
+def create_monitor() -> Node:
+    """The node, without its logic."""
+    return rclpy.create_node(split_node_name(MONITOR_NODE)[1], enable_rosout=False)
+
+
+def build_remote_monitor(node: Node, spinner: Spinner) -> Runnable:
+    """The node in another process than ``fly``, which gets the steps by a pipe.
+
+    Raises:
+        ConfigError: a parameter is missing or not usable.
+    """
+    scenario, observers = read_scenario(node), read_observers(node)
+    pipe = read_only(node, PIPE, NO_PIPE, "Number of the file to which fly listens; only fly can set it.")
+    if pipe == NO_PIPE:
+        raise ConfigError(f"parameter {PIPE} is not set: leave {MONITOR_NODE} out of the observers")
+    pacing = LockstepPacing(node, spinner, scenario, Roster.of(scenario.config, observers))
+    return _RemoteMonitor(pacing, logged_topics(scenario, observers), Connection(pipe, readable=False))
+
+
+class _RemoteMonitor:
+    def __init__(self, pacing: Pacing, topics: Iterable[Topic], connection: Connection) -> None:
+        self._connection = connection
+        self._logic = MonitorNode(pacing, topics, connection.send)
+
+    async def run(self) -> None:
+        with self._connection:
+            try:
+                await self._logic.run()
+            except BrokenPipeError:  # fly ends the flight, or has ended itself
+                raise StopRequestedError from None
