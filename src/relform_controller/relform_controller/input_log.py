@@ -89,7 +89,10 @@ class InputLog:
     def rotors(self, start_ns: int, lag: RotorLag) -> Rotors:
         """The rotors at the start of an interval."""
         rotors = Rotors(lag, self._hover)
-        for before_ns in sorted(each for each in self._intervals if each < start_ns):
+        past_ns = sorted(each for each in self._intervals if each < start_ns)
+        if lag.time_constant == 0.0:
+            past_ns = past_ns[-1:]  # the thrusts are those of the last command
+        for before_ns in past_ns:
             rotors = rotors.after(self._intervals[before_ns].thrusts, self._period)
         return rotors
 

@@ -39,6 +39,7 @@ class Plant:
         self._rotor_time_constant = rotor_time_constant
         self._motion = make_motion(body, step, rotor_time_constant)
         self._state: State = (*p_NB_N, *v_NB_N, *q_NB, *w_NB_B)
+        self._R_NB = np.array(rotation_rows(self._state[6:10]))
         self._rotor_speeds: State = (rotor_speed,) * 4
         self._wind_N = NO_WIND
         self._thrust_scale = 1.0
@@ -58,6 +59,7 @@ class Plant:
         self._state = self._motion.after(
             n_steps, self._state, self._rotor_speeds, commanded, wind_N, thrust_scale
         )
+        self._R_NB = np.array(rotation_rows(self._state[6:10]))
         self._rotor_speeds = lagged_speeds(self._rotor_speeds, commanded, duration, self._rotor_time_constant)
 
     def odometry(self, stamp_ns: int) -> Odometry:
@@ -67,7 +69,7 @@ class Plant:
             stamp_ns=stamp_ns,
             p_NB_N=state[0:3],
             q_NB=state[6:10],
-            v_NB_B=self._R_NB().T @ state[3:6],
+            v_NB_B=self._R_NB.T @ state[3:6],
             w_NB_B=state[10:13],
             pose_covariance=np.zeros((6, 6)),
             twist_covariance=np.zeros((6, 6)),
@@ -78,8 +80,5 @@ class Plant:
         wrench = rotor_wrench(self._body, self._rotor_speeds, self._thrust_scale)
         rate = rigid_body_rate(self._body, wrench, self._wind_N, self._state)
         gravity_N = np.array([0.0, 0.0, -GRAVITY])
-        f_NB_B: Array = self._R_NB().T @ (np.array(rate[3:6]) - gravity_N)
+        f_NB_B: Array = self._R_NB.T @ (np.array(rate[3:6]) - gravity_N)
         return f_NB_B
-
-    def _R_NB(self) -> Array:
-        return np.array(rotation_rows(self._state[6:10]))

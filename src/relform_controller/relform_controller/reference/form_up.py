@@ -51,6 +51,10 @@ class YawRamp:
         largest = float(np.abs(yaws).max())
         return cls(yaws, HALF_TURN_TIME * math.sqrt(largest / math.pi))
 
+    def is_over(self, elapsed: float) -> bool:
+        """Whether all yaws are zero from a time since the start on [s]."""
+        return elapsed >= self.duration
+
     def at(self, elapsed: Array) -> Array:
         """Yaws at times since the start [s], shape (instant,): [rad], shape (vehicle, instant)."""
         left: Array = 1.0 - smooth_step(elapsed, self.duration)

@@ -33,7 +33,9 @@ class FormationSchedule:
         """The present formation: position of each follower relative to the leader [m]."""
         self._places = self._changes.at_rest(self.by_follower)
         """Of all vehicles, in {mc} of the leader."""
-        self._reference = Blend.at_rest(self._of_pairs(self._places.target))
+        self.target = self._of_pairs(self._places.target)
+        """The present formation without its ramp, shape (pair, 3)."""
+        self._reference = Blend.at_rest(self.target)
         self._changed_ns = 0
         self.next_ns = 0
         """Instant of the next control step, from which a request holds."""
@@ -101,17 +103,12 @@ class FormationSchedule:
         changes_ns = [step * period_ns for step in self._changes.by_step if step * period_ns > self.next_ns]
         return min(changes_ns, default=self._config.n_steps * period_ns)
 
-    @property
-    def target(self) -> Array:
-        """The present formation without its ramp, shape (pair, 3)."""
-        return self._of_pairs(self._changes.places(self.by_follower))
-
     def reference(self, stamps_ns: Integers) -> Array:
         """What to track at these instants [ns], a new formation blended in; shape (pair, instant, 3)."""
         p_B1B2_C0 = self._reference.at(self._since_change(stamps_ns))
-        if self._yaws is None:
-            return p_B1B2_C0
         since_start = stamps_ns / self._config.period_ns * self._config.controller.period
+        if self._yaws is None or self._yaws.is_over(since_start.min()):
+            return p_B1B2_C0
         return seen_by_turned(p_B1B2_C0, self._yaws.at(since_start)[self._observers])
 
     def _form_up(self, stamp_ns: int, poses: StartPoses, formation: Mapping[str, Vector3]) -> None:
@@ -131,6 +128,7 @@ class FormationSchedule:
         )
         self._changed_ns = stamp_ns
         self.by_follower = formation
+        self.target = self._reference.target
 
     @overload
     def _since_change(self, stamps_ns: int) -> float: ...

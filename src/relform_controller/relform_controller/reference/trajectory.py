@@ -52,7 +52,8 @@ class LeaderTrajectory:
         v_NB_N = np.stack([speed * np.cos(yaw_NB), speed * np.sin(yaw_NB), climb], axis=-1)
         p_NB_N = np.array(config.start.position) + _integral(v_NB_N, step)
         every = slice(None, None, _SUBSTEPS // _SAMPLES)
-        self._samples = LeaderReference(p_NB_N[every], v_NB_N[every], yaw_NB[every])
+        self._samples = np.concatenate([p_NB_N[every], v_NB_N[every], yaw_NB[every, None]], axis=1)
+        """p_NB_N, v_NB_N, yaw_NB, shape (sample, 7)."""
 
     def at(self, stamps_ns: Integers) -> LeaderReference:
         """The reference at instants since the start of the flight [ns], shape (instant,).
@@ -61,29 +62,21 @@ class LeaderTrajectory:
             ValueError: an instant before the start, or after the last one with a reference.
         """
         position = stamps_ns / self._period_ns * _SAMPLES
-        last = len(self._samples.yaw_NB) - 1
+        last = len(self._samples) - 1
         if position.min() < 0 or position.max() > last:
             end = last // _SAMPLES * self._period_ns / NANOSECONDS_PER_SECOND
             shown = ", ".join(f"{stamp / NANOSECONDS_PER_SECOND:g}" for stamp in stamps_ns[[0, -1]])
             raise ValueError(f"the leader's reference is known from 0 to {end:g} s (asked for {shown} s)")
         before = np.floor(position).astype(np.int64)
         after = np.minimum(before + 1, last)
-        share = position - before
-
-        def interpolate(samples: Array) -> Array:
-            weight = share.reshape(-1, *[1] * (samples.ndim - 1))
-            return samples[before] + (samples[after] - samples[before]) * weight
-
-        return LeaderReference(
-            interpolate(self._samples.p_NB_N),
-            interpolate(self._samples.v_NB_N),
-            interpolate(self._samples.yaw_NB),
-        )
+        earlier = self._samples[before]
+        found = earlier + (self._samples[after] - earlier) * (position - before)[:, None]
+        return LeaderReference(found[:, 0:3], found[:, 3:6], found[:, 6])
 
     def lowest(self, first_ns: int, last_ns: int) -> float:
         """Smallest height between two instants since the start of the flight [ns]: [m]."""
         first, last = (stamp_ns * _SAMPLES // self._period_ns for stamp_ns in (first_ns, last_ns))
-        return float(self._samples.p_NB_N[first : last + 1, 2].min())
+        return float(self._samples[first : last + 1, 2].min())
 
 
 def _profiles(config: ScenarioConfig, time: Array) -> tuple[Array, Array, Array]:
