@@ -26,6 +26,7 @@ setup(
             "paper = relform_analysis.evaluation.command:main",
             "replay = relform_analysis.replay.command:main",
             "report = relform_analysis.report.command:main",
+            "shapes = relform_analysis.plots.shapes:main",
             "sweep = relform_analysis.sweep.command:main",
         ]
     },

@@ -16,7 +16,7 @@ EXECUTABLES: dict[str, EntryPoint] = {
 NODES = ("clock", "composed", "controller", "leader", "player", "quadrotor", "recorder")
 COMMANDS = (
     "accuracy", "bench", "bench_ros", "bench_solver", "bound", "check_playback", "fly", "foxglove",
-    "paper", "record", "replay", "report",
+    "paper", "record", "replay", "report", "shapes",
     "sweep",
 )  # fmt: skip
 

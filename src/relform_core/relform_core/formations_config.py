@@ -95,8 +95,8 @@ def places_by_follower(shape: Shape, followers: tuple[str, ...]) -> dict[str, Ve
 
 def _generated(written: Any, info: ValidationInfo) -> Any:
     """The places of a shape; what is no shape stays. Without a valid team its error is enough."""
-    if not isinstance(written, dict) or not isinstance(written.get("kind"), str):
-        return written
+    if not isinstance(written, dict) or isinstance(written.get("kind", ()), list | tuple):
+        return written  # a follower may have the name "kind"
     shape = _SHAPE.validate_python(written)
     team = info.data.get("team")
     return {} if team is None else places_by_follower(shape, team.followers)

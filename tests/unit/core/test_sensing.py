@@ -87,6 +87,7 @@ def test_raw_feedback_measures_all_pairs() -> None:
             "sensing.count: must be greater than or equal to 1 (got 0)",
         ),
         ("sensing={kind: nearest}", "sensing.count: missing key"),
+        ("team.followers=2.5", "team.followers: must be a list (got 2.5)"),
         ("team.followers=0", "team.followers: a number of followers must be 1 to 63 (got 0)"),
         (
             "formations_m.initial={kind: cube, spacing_m: 1}",
