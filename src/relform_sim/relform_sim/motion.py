@@ -5,34 +5,36 @@ and without a C compiler.
 """
 
 import math
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from relform_core.schema import Vector3
 from relform_sim.integrate import State, rk4_step
 from relform_sim.rigid_body import Body, Wrench, lagged_speeds, rigid_body_rate, rotor_wrench
 
 
+class Inputs(NamedTuple):
+    """What acts on a vehicle during one interval."""
+
+    rotor_speeds: State
+    """At its start [rad/s]."""
+    commanded: State
+    """Rotor speeds that the rotors approach [rad/s]."""
+    wind_N: Vector3
+    """External force in the world frame [N]."""
+    thrust_scale: float
+    """Factor on thrust and torque of every rotor."""
+
+
 class Motion(Protocol):
     """Moves the state of one vehicle: p_NB_N, v_NB_N, q_NB, w_NB_B, 13 numbers."""
 
-    def after(
-        self,
-        n_steps: int,
-        state: State,
-        rotor_speeds: State,
-        commanded: State,
-        wind_N: Vector3,
-        thrust_scale: float,
-    ) -> State:
+    def after(self, n_steps: int, state: State, inputs: Inputs) -> State:
         """The state after some integration steps.
 
         Args:
             n_steps: how many.
             state: the one before.
-            rotor_speeds: those before [rad/s].
-            commanded: rotor speeds that the rotors approach [rad/s].
-            wind_N: external force in the world frame [N].
-            thrust_scale: factor on thrust and torque of every rotor.
+            inputs: in force meanwhile.
         """
 
 
@@ -50,16 +52,9 @@ class ReferenceMotion:
         self._step = step
         self._rotor_time_constant = rotor_time_constant
 
-    def after(
-        self,
-        n_steps: int,
-        state: State,
-        rotor_speeds: State,
-        commanded: State,
-        wind_N: Vector3,
-        thrust_scale: float,
-    ) -> State:
+    def after(self, n_steps: int, state: State, inputs: Inputs) -> State:
         """See ``Motion``."""
+        rotor_speeds, commanded, wind_N, thrust_scale = inputs
         steady = rotor_wrench(self._body, commanded, thrust_scale)
 
         def wrench(time: float) -> Wrench:

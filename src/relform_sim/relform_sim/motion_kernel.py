@@ -5,10 +5,9 @@ from functools import cache
 from importlib import resources
 
 from relform_core.c_library import NoCompilerError, shared_library
-from relform_core.schema import Vector3
 from relform_core.units import GRAVITY
 from relform_sim.integrate import State
-from relform_sim.motion import Motion, ReferenceMotion
+from relform_sim.motion import Inputs, Motion, ReferenceMotion
 from relform_sim.rigid_body import Body
 
 FLAGS = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-shared")
@@ -76,22 +75,14 @@ class CompiledMotion:
             rotor_time_constant=rotor_time_constant,
         )
 
-    def after(
-        self,
-        n_steps: int,
-        state: State,
-        rotor_speeds: State,
-        commanded: State,
-        wind_N: Vector3,
-        thrust_scale: float,
-    ) -> State:
+    def after(self, n_steps: int, state: State, inputs: Inputs) -> State:
         """See ``Motion``."""
         vehicle = self._vehicle
         vehicle.state[:] = state
-        vehicle.rotor_speeds[:] = rotor_speeds
-        vehicle.commanded[:] = commanded
-        vehicle.wind_N[:] = wind_N
-        vehicle.thrust_scale = thrust_scale
+        vehicle.rotor_speeds[:] = inputs.rotor_speeds
+        vehicle.commanded[:] = inputs.commanded
+        vehicle.wind_N[:] = inputs.wind_N
+        vehicle.thrust_scale = inputs.thrust_scale
         self._advance(ctypes.byref(vehicle), n_steps)
         return tuple(vehicle.state)
 

@@ -7,6 +7,7 @@ from relform_core.measurements import Odometry
 from relform_core.schema import Vector3
 from relform_core.units import GRAVITY
 from relform_sim.integrate import State
+from relform_sim.motion import Inputs
 from relform_sim.motion_kernel import make_motion
 from relform_sim.rigid_body import Body, lagged_speeds, rigid_body_rate, rotation_rows, rotor_wrench
 
@@ -41,8 +42,8 @@ class Plant:
         self._state: State = (*p_NB_N, *v_NB_N, *q_NB, *w_NB_B)
         self._R_NB = np.array(rotation_rows(self._state[6:10]))
         self._rotor_speeds: State = (rotor_speed,) * 4
-        self._wind_N = NO_WIND
-        self._thrust_scale = 1.0
+        self._inputs = Inputs(self._rotor_speeds, self._rotor_speeds, NO_WIND, 1.0)
+        """Of the last interval."""
 
     def advance(
         self, commanded: State, duration: float, *, wind_N: Vector3 = NO_WIND, thrust_scale: float = 1.0
@@ -54,11 +55,8 @@ class Plant:
             wind_N: external force in the world frame [N].
             thrust_scale: factor on thrust and torque of every rotor.
         """
-        self._wind_N, self._thrust_scale = wind_N, thrust_scale
-        n_steps = round(duration / self._step)
-        self._state = self._motion.after(
-            n_steps, self._state, self._rotor_speeds, commanded, wind_N, thrust_scale
-        )
+        self._inputs = Inputs(self._rotor_speeds, commanded, wind_N, thrust_scale)
+        self._state = self._motion.after(round(duration / self._step), self._state, self._inputs)
         self._R_NB = np.array(rotation_rows(self._state[6:10]))
         self._rotor_speeds = lagged_speeds(self._rotor_speeds, commanded, duration, self._rotor_time_constant)
 
@@ -77,8 +75,8 @@ class Plant:
 
     def specific_force(self) -> Array:
         """True f_NB_B [m/s^2], shape (3,), at the end of the last interval and under its inputs."""
-        wrench = rotor_wrench(self._body, self._rotor_speeds, self._thrust_scale)
-        rate = rigid_body_rate(self._body, wrench, self._wind_N, self._state)
+        wrench = rotor_wrench(self._body, self._rotor_speeds, self._inputs.thrust_scale)
+        rate = rigid_body_rate(self._body, wrench, self._inputs.wind_N, self._state)
         gravity_N = np.array([0.0, 0.0, -GRAVITY])
         f_NB_B: Array = self._R_NB.T @ (np.array(rate[3:6]) - gravity_N)
         return f_NB_B

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import relform_sim.plant
 from relform_sim import motion_kernel
-from relform_sim.motion import Motion, ReferenceMotion
+from relform_sim.motion import Inputs, Motion, ReferenceMotion
 from relform_sim.motion_kernel import CompiledMotion, make_motion
 from relform_sim.rigid_body import Body
 from support.flights import AGILE, all_speeds, record
@@ -64,9 +64,9 @@ def test_equal_to_the_last_bit(
 ) -> None:
     length = math.hypot(*q_NB)
     state = (*moving, *(each / length for each in q_NB), *w_NB_B)
+    inputs = Inputs(before, commanded, wind_N, thrust_scale)
     compiled, reference = (
-        kind(BODY, step, lag).after(n_steps, state, before, commanded, wind_N, thrust_scale)
-        for kind in (CompiledMotion, ReferenceMotion)
+        kind(BODY, step, lag).after(n_steps, state, inputs) for kind in (CompiledMotion, ReferenceMotion)
     )
     assert bits(compiled) == bits(reference)
 
@@ -74,13 +74,11 @@ def test_equal_to_the_last_bit(
 @pytest.mark.parametrize("lag", [0.0, 0.04])
 def test_a_motion_that_diverges_is_the_same_until_it_is_no_number(lag: float) -> None:
     state = (1.0, 2.0, 3.0, 1e150, -1e120, 0.0, 0.1, 0.2, 0.3, math.sqrt(0.86), 1e140, -1e100, 2.0)
+    inputs = Inputs((500.0,) * 4, (430.0, 440.0, 450.0, 460.0), (0.3, -0.2, 0.1), 0.9)
     found = [state, state]
     motions: list[Motion] = [CompiledMotion(BODY, 0.005, lag), ReferenceMotion(BODY, 0.005, lag)]
     for _ in range(5):
-        found = [
-            motion.after(1, each, (500.0,) * 4, (430.0, 440.0, 450.0, 460.0), (0.3, -0.2, 0.1), 0.9)
-            for motion, each in zip(motions, found, strict=True)
-        ]
+        found = [motion.after(1, each, inputs) for motion, each in zip(motions, found, strict=True)]
         np.testing.assert_array_equal(*found)
     assert not np.isfinite(found[0]).all()
 
