@@ -14,14 +14,18 @@ from relform_controller.solver.make import make_solver
 
 def test_figures_without_peer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "figures.json"
-    assert main(["--vehicles", "2", "--peer", "none", "--instances", "5", "--json", str(file)]) == 0
-    assert "One SQP step (ms)" in capsys.readouterr().out
+    sizes = ["--vehicles", "2", "--constrained", "2"]
+    assert main([*sizes, "--peer", "none", "--instances", "5", "--json", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert "One SQP step (ms)" in printed
+    assert "With soft constraints" in printed
     figures = json.loads(file.read_text())
-    (row,) = figures["rows"]
-    assert (row["vehicles"], row["instances"], figures["peer"]) == (2, 5, None)
-    for name in ("ours_ms", "ours_prepare_ms", "ours_feedback_ms", "ours_python_ms"):
-        assert 0.0 < row[name]["median"] <= row[name]["p99"] <= row[name]["max"]
-    assert "peer_ms" not in row
+    for row in (*figures["rows"], *figures["constrained_rows"]):
+        assert (row["vehicles"], row["instances"], figures["peer"]) == (2, 5, None)
+        for name in ("ours_ms", "ours_prepare_ms", "ours_feedback_ms", "ours_python_ms"):
+            assert 0.0 < row[name]["median"] <= row[name]["p99"] <= row[name]["max"]
+        assert "peer_ms" not in row
+    assert figures["rows"][0]["constrained_share"] == 0.0
 
 
 def test_a_team_of_one_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
@@ -53,10 +57,14 @@ def test_page_keeps_what_is_around_the_tables(tmp_path: Path) -> None:
     names = ("ours_ms", "ours_prepare_ms", "ours_feedback_ms", "ours_python_ms", "peer_ms")
     row = {"vehicles": 3, **dict.fromkeys(names, times), "ratio_median": 8.0, "ratio_max": 3.0}
     row |= {"ours_compile_s": 1.0, "ours_memory_mb": 2.0, "active_bounds_max": 4}
-    write_page(tmp_path, {"machine": "a machine", "peer": "a peer", "rows": [row]})
+    constrained = row | {"vehicles": 7, "constrained_share": 0.416}
+    figures = {"machine": "a machine", "peer": "a peer", "rows": [row], "constrained_rows": [constrained]}
+    write_page(tmp_path, figures)
     text = page.read_text()
     assert text.startswith("before\n")
     assert text.endswith("\nafter\n")
     assert "| 3 | 0.500 / 0.750 / 1.250 | 0.500, 0.500 | 0.500 / 0.750 / 1.250 | 8.0 | 3.0 |" in text
+    assert "active in 42% of the steps:" in text
+    assert "| 7 | 0.500 / 0.750 / 1.250 | 0.500, 0.500 | 0.500 / 0.750 / 1.250 | 8.0 | 3.0 |" in text
     assert "old" not in text
     assert (tmp_path / "images/solver_growth.png").exists()

@@ -24,6 +24,9 @@ from relform_controller.ocp.problem import Ocp
 from relform_controller.ocp.terms.term import Terms
 from relform_core.arrays import Array
 
+_NO_BOUND = 1e3
+"""Far beyond every excess [m, rad, m/s]."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -54,7 +57,7 @@ class AcadosPeer:
     """SQP steps by acados.
 
     Args:
-        ocp: the problem, without soft constraints and without lag of the rotors.
+        ocp: the problem, without lag of the rotors.
         terms: of its cost.
         settings: how to solve it.
     Raises:
@@ -62,8 +65,8 @@ class AcadosPeer:
     """
 
     def __init__(self, ocp: Ocp, terms: Terms, settings: Settings | None = None) -> None:
-        if ocp.constraints.exist or ocp.rotors_may_lag:
-            raise PeerUnavailableError("the problem for acados has no soft constraints and no rotor lag")
+        if ocp.rotors_may_lag:
+            raise PeerUnavailableError("the problem for acados has no rotor lag")
         self._ocp, self._settings = ocp, settings or Settings()
         self._team = TeamProblem(ocp, terms)
         acados = load()
@@ -104,6 +107,9 @@ class AcadosPeer:
                 raise PeerUnavailableError(f"acados cannot build its solver: {error}") from error
         if "HPIPM" in self._settings.qp_solver:
             solver.options_set("qp_mu0", self._settings.mu0)
+        if n_rows := len(self._team.prices):
+            # Stage 0 is measured: nothing can be done about what it violates.
+            solver.constraints_set(0, "uh", np.full(n_rows, _NO_BOUND))
         return solver
 
     def _problem(self, acados: Any) -> Any:
@@ -132,6 +138,7 @@ class AcadosPeer:
         constraints.ubu = np.full(n_inputs, ocp.thrust_max)
         constraints.idxbu = np.arange(n_inputs)
         constraints.x0 = np.zeros(team.z.numel())
+        self._add_soft_constraints(problem)
         options = problem.solver_options
         options.tf = ocp.n_stages * ocp.stage
         options.integrator_type = "DISCRETE"
@@ -145,6 +152,20 @@ class AcadosPeer:
         options.ext_fun_compile_flags = settings.compile_flags
         options.print_level = 0
         return problem
+
+    def _add_soft_constraints(self, problem: Any) -> None:
+        """Excess <= 0 of every stage, each with a slack."""
+        team, (model, constraints, cost) = self._team, (problem.model, problem.constraints, problem.cost)
+        if not (n_rows := len(team.prices)):
+            return
+        for suffix, scale in (("", 1.0 / self._ocp.stage), ("_e", 1.0)):
+            setattr(model, f"con_h_expr{suffix}", ca.cse(team.excess))
+            setattr(constraints, f"lh{suffix}", np.full(n_rows, -_NO_BOUND))
+            setattr(constraints, f"uh{suffix}", np.zeros(n_rows))
+            setattr(constraints, f"idxsh{suffix}", np.arange(n_rows))
+            for side in "lu":
+                setattr(cost, f"z{side}{suffix}", scale * team.prices[:, 0])
+                setattr(cost, f"Z{side}{suffix}", scale * team.prices[:, 1])
 
 
 def _timer(solver: Any) -> float:

@@ -19,6 +19,12 @@ from relform_controller.ocp.terms.registry import TERMS
 from relform_core.arrays import Array
 from relform_core.load import LoadedScenario
 
+_PRICES = "price_per_unit: 300.0, square_price_per_unit2: 1000.0"
+CONSTRAINTS = (
+    f"controller.constraints={{separation: {{min_m: 0.9, {_PRICES}}}, tilt: {{max_deg: 25.0, {_PRICES}}}, "
+    f"speed: {{max_m_s: 2.6, {_PRICES}}}}}"
+)
+"""Override: soft constraints that are active in about half of the steps."""
 _TURN = 6.0
 """Begin of the agile turn, which the formation change follows [s]."""
 
@@ -64,6 +70,8 @@ def measure(setup: Setup) -> dict[str, Any]:
         "controller": setup.controller,
         "instances": len(stream.instances),
         "active_bounds_max": max(instance.active_bounds for instance in stream.instances),
+        "constrained_share": sum(instance.is_constrained for instance in stream.instances)
+        / len(stream.instances),
         "ours_compile_s": compile_time,
         "ours_memory_mb": memory,
     }

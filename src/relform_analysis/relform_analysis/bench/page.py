@@ -1,6 +1,6 @@
 """The page docs/performance.md, from the figures of a benchmark."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,24 +21,7 @@ def write_page(folder: Path, figures: Mapping[str, Any]) -> None:
 
 def _tables(figures: Mapping[str, Any]) -> str:
     rows = figures["rows"]
-    lines = [
-        "",
-        f"Machine: {figures['machine']}. Peer: {figures['peer'] or 'none'}.",
-        "",
-        "| vehicles | relform: median / 99% / most | prepare, feedback | acados: median / 99% / most "
-        "| ratio of medians | of most |",
-        "|---|---|---|---|---|---|",
-    ]
-    for row in rows:
-        phases = ", ".join(f"{row[name]['median']:.3f}" for name in ("ours_prepare_ms", "ours_feedback_ms"))
-        peer = (
-            (_three(row["peer_ms"]), f"{row['ratio_median']:.1f}", f"{row['ratio_max']:.1f}")
-            if "peer_ms" in row
-            else ("not measured", "", "")
-        )
-        lines.append(
-            f"| {row['vehicles']} | {_three(row['ours_ms'])} | {phases} | {peer[0]} | {peer[1]} | {peer[2]} |"
-        )
+    lines = ["", f"Machine: {figures['machine']}. Peer: {figures['peer'] or 'none'}.", "", *_times(rows)]
     lines += [
         "",
         "| vehicles | Python around the C code (ms) | compile (s): relform, acados "
@@ -53,7 +36,30 @@ def _tables(figures: Mapping[str, Any]) -> str:
             f"| {_pair(row, 'compile_s')} | {_pair(row, 'memory_mb')} | {row['active_bounds_max']} "
             f"| {'' if difference is None else f'{difference:.0e}'} |"
         )
+    if constrained := figures["constrained_rows"]:
+        shares = ", ".join(f"{row['constrained_share']:.0%}" for row in constrained)
+        lines += ["", f"With soft constraints on both sides, active in {shares} of the steps:", ""]
+        lines += _times(constrained)
     return "\n".join([*lines, "", ""])
+
+
+def _times(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    lines = [
+        "| vehicles | relform: median / 99% / most | prepare, feedback | acados: median / 99% / most "
+        "| ratio of medians | of most |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        phases = ", ".join(f"{row[name]['median']:.3f}" for name in ("ours_prepare_ms", "ours_feedback_ms"))
+        peer = (
+            (_three(row["peer_ms"]), f"{row['ratio_median']:.1f}", f"{row['ratio_max']:.1f}")
+            if "peer_ms" in row
+            else ("not measured", "", "")
+        )
+        lines.append(
+            f"| {row['vehicles']} | {_three(row['ours_ms'])} | {phases} | {peer[0]} | {peer[1]} | {peer[2]} |"
+        )
+    return lines
 
 
 def _draw(path: Path, figures: Mapping[str, Any]) -> None:

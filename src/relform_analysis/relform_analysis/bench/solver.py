@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from relform_analysis.bench.acados_package import AGE
-from relform_analysis.bench.compare import Setup, measure
+from relform_analysis.bench.compare import CONSTRAINTS, Setup, measure
 from relform_analysis.bench.page import write_page
 from relform_core.atomic_file import write_atomically
 from relform_core.script import CommandParser, command, positive
@@ -32,6 +32,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--vehicles", type=_team_size, nargs="+", default=[3, 5, 8, 12], help="team sizes (3 5 8 12)"
     )
+    parser.add_argument(
+        "--constrained",
+        type=_team_size,
+        nargs="*",
+        default=[3, 5, 8],
+        help="team sizes to measure with soft constraints, too (3 5 8)",
+    )
     parser.add_argument("--peer", choices=("acados", "none"), default="acados", help="default: acados")
     parser.add_argument("--controller", default="retuned", help="tuning that is flown (default: retuned)")
     parser.add_argument("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE")
@@ -39,21 +46,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to this file")
     parser.add_argument("--page", type=Path, metavar="FOLDER", help="write performance.md and its plot there")
     options = parser.parse_args(arguments)
-    rows: list[Row] = []
-    for n_vehicles in options.vehicles:
-        setup = Setup(
-            n_vehicles, options.controller, options.overrides, options.instances, options.peer == "acados"
-        )
-        # A process of its own: memory and libraries of one team do not disturb the next one.
-        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-            rows.append(pool.submit(measure, setup).result())
-    figures = {"machine": machine(), "peer": AGE if options.peer == "acados" else None, "rows": rows}
+    figures = {
+        "machine": machine(),
+        "peer": AGE if options.peer == "acados" else None,
+        "rows": [_measured(options, n, ()) for n in options.vehicles],
+        "constrained_rows": [_measured(options, n, (CONSTRAINTS,)) for n in options.constrained],
+    }
     if options.json is not None:
         write_atomically(options.json, json.dumps(figures, indent=2) + "\n")
     if options.page is not None:
         write_page(options.page, figures)
     _print(figures)
     return 0
+
+
+def _measured(options: argparse.Namespace, n_vehicles: int, constraints: Sequence[str]) -> Row:
+    overrides = [*constraints, *options.overrides]
+    setup = Setup(n_vehicles, options.controller, overrides, options.instances, options.peer == "acados")
+    # A process of its own: memory and libraries of one team do not disturb the next one.
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(measure, setup).result()
 
 
 def machine() -> str:
@@ -73,11 +85,23 @@ def _team_size(text: str) -> int:
 
 
 def _print(figures: Mapping[str, Any]) -> None:
-    table = Table(title="One SQP step (ms): median, 99%, most", title_justify="left", box=None)
+    console = Console(width=110)
+    console.print(_table("One SQP step (ms): median, 99%, most", figures["rows"]))
+    if constrained := figures["constrained_rows"]:
+        console.print(_table("With soft constraints", constrained))
+    for row in (*figures["rows"], *constrained):
+        if "peer_missing" in row:
+            console.print(f"{row['vehicles']} vehicles: acados skipped: {row['peer_missing']}")
+    if figures["peer"]:
+        console.print(f"acados: {figures['peer']}")
+
+
+def _table(title: str, rows: Sequence[Row]) -> Table:
+    table = Table(title=title, title_justify="left", box=None)
     headings = ("vehicles", "relform", "prepare", "feedback", "Python", "acados", "ratio", "of most")
     for heading in headings:
         table.add_column(heading, justify="right")
-    for row in figures["rows"]:
+    for row in rows:
         both = "peer_ms" in row
         table.add_row(
             str(row["vehicles"]),
@@ -87,13 +111,7 @@ def _print(figures: Mapping[str, Any]) -> None:
             _three(row["peer_ms"]) if both else "-",
             *((f"{row['ratio_median']:.1f}", f"{row['ratio_max']:.1f}") if both else ("-", "-")),
         )
-    console = Console(width=110)
-    console.print(table)
-    for row in figures["rows"]:
-        if "peer_missing" in row:
-            console.print(f"{row['vehicles']} vehicles: acados skipped: {row['peer_missing']}")
-    if figures["peer"]:
-        console.print(f"acados: {figures['peer']}")
+    return table
 
 
 def _three(times: Mapping[str, float]) -> str:

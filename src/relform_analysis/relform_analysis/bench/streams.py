@@ -29,6 +29,8 @@ class Instance:
     reference: HorizonReference
     active_bounds: int
     """Of the step that the flight took."""
+    is_constrained: bool = False
+    """Whether a soft constraint was active in it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +62,10 @@ class RecordingSolver:
         """See ``Solver``."""
         step = self._solver.feedback(start, geometry, reference)
         assert self._given is not None
-        self._instances.append(Instance(*self._given, start, geometry, reference, step.active_bounds))
+        is_constrained = bool(step.active_constraints)
+        self._instances.append(
+            Instance(*self._given, start, geometry, reference, step.active_bounds, is_constrained)
+        )
         return step
 
 
