@@ -125,15 +125,6 @@ class Spinner:
         while (left := deadline - time.monotonic()) > 0.0:
             self._spin_once(left)
 
-    def until(self, condition: Callable[[], bool]) -> None:
-        """Run callbacks until a condition holds.
-
-        Raises:
-            StopRequestedError: by a signal.
-        """
-        while not condition():
-            self.once()
-
     def _spin_once(self, timeout_s: float) -> None:
         began = time.monotonic()
         self._executor.spin_once(timeout_sec=timeout_s)
