@@ -161,11 +161,11 @@ def _table(scenario: LoadedScenario, flights: Sequence[Timed]) -> Table:
         f"{len(flights)} flights of {flights[0].log.flown:.0f} s"
     )
     table = Table(title=title, title_justify="left", box=None)
-    for heading in ("", "median", "least", "most"):
+    for heading in ("", "median", "least", "99 %", "most"):
         table.add_column(heading, justify="left" if not heading else "right")
 
     def add(name: str, values: Array, digits: int) -> None:
-        numbers = (np.median(values), values.min(), values.max())
+        numbers = (np.median(values), values.min(), np.percentile(values, 99.0), values.max())
         table.add_row(name, *(f"{number:.{digits}f}" for number in numbers))
 
     for part in PARTS:
