@@ -41,17 +41,16 @@ def predicted_sides(qp: TeamQp) -> Sides:
     return (qp.upper <= TOLERANCE).astype(np.int8) - (qp.lower >= -TOLERANCE)
 
 
-def solve(qp: TeamQp, factors: Factors, sides: Sides, dz0: Array) -> Minimiser | None:
+def solve(qp: TeamQp, factors: Factors, sides: Sides) -> Minimiser | None:
     """The minimiser, or None if the method does not settle.
 
     Args:
-        qp: the quadratic program.
+        qp: the quadratic program, without gaps.
         factors: for the commands that are free in the first guess.
         sides: the first guess.
-        dz0: deviation of the start, shape (nz,).
     """
     for iteration in range(1, ITERATIONS_MAX + 1):
-        trajectory = minimize(qp, factors, np.where(sides > 0, qp.upper, qp.lower), dz0)
+        trajectory = minimize(qp, factors, np.where(sides > 0, qp.upper, qp.lower))
         kept = np.where(trajectory.slope * sides < 0.0, sides, 0)
         beyond = (trajectory.du > qp.upper + TOLERANCE).astype(np.int8)
         beyond -= trajectory.du < qp.lower - TOLERANCE

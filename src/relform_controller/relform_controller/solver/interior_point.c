@@ -19,7 +19,7 @@ static void start_inside(Team *t) {
   double size = 0.0;
   for (long e = 0; e < n_bounds; ++e) size += magnitude(t->r[e]);
   size = 1.0 + size / n_bounds;
-  for (long e = 0; e < nz; ++e) t->dz_at[e] = t->dz0[e];
+  for (long e = 0; e < nz; ++e) t->dz_at[e] = 0.0;
   for (long k = 0; k < N; ++k) {
     for (long a = 0; a < nu; ++a) {
       const long e = k * nu + a;
@@ -29,10 +29,10 @@ static void start_inside(Team *t) {
       t->slack[n_bounds + e] = t->du_at[e] - lower;
       t->multiplier[e] = t->multiplier[n_bounds + e] = size;
     }
-    advance(t, k, t->dz_at + k * nz, t->du_at + k * nu, t->gap + k * t->n * NX, t->dz_at + (k + 1) * nz);
+    advance(t, k, t->dz_at + k * nz, t->du_at + k * nu, 0, t->dz_at + (k + 1) * nz);
     for (long m = 0; m < t->n_rows; ++m) {
       const Row row = row_of(t, k, m);
-      const double h = constant_of(&row) + row_times(&row, t->dz_at + (k + 1) * nz);
+      const double h = t->row_free[k * t->n_rows + m] + row_times(&row, t->dz_at + (k + 1) * nz);
       const double sigma = 1.0 + max_double(h, 0.0);
       const long soft = 2 * n_bounds + k * t->n_rows + m, violation = soft + n_rows;
       t->slack[soft] = sigma - h;
@@ -59,16 +59,11 @@ static int factorize_barrier(Team *t) {
   return factorize(t, t->N - 1);
 }
 
-static void times_hessian(const Team *t, long k, const double *z, const double *u, double *hz, double *hu);
-
 /* Gradient of the cost of the stages at the iterate, without that of soft constraints. */
 static void gradient_at_iterate(Team *t) {
-  const long N = t->N, nu = t->n * NU, nz = t->n * NZS;
-  for (long k = 0; k <= N; ++k) {
-    times_hessian(t, k, t->dz_at + k * nz, t->du_at + k * nu, t->q_at + k * nz, t->r_at + k * nu);
-    for (long e = 0; e < nz; ++e) t->q_at[k * nz + e] += t->q_plain[k * nz + e];
-    for (long e = 0; k < N && e < nu; ++e) t->r_at[k * nu + e] += t->r_plain[k * nu + e];
-  }
+  for (long e = 0; e < (t->N + 1) * t->n * NZS; ++e) t->q_at[e] = t->q_plain[e];
+  for (long e = 0; e < t->N * t->n * NU; ++e) t->r_at[e] = t->r_plain[e];
+  add_hessian_times(t, t->dz_at, t->du_at, t->q_at, t->r_at);
 }
 
 /* The changes dz and du of a Newton step towards products of slacks and multipliers of `target`; t->product holds
@@ -137,8 +132,6 @@ static int solve_by_interior_point(Team *t) {
   t->corrected = 1;
   t->has_barrier = 1;
   start_inside(t);
-  double *const gap = t->gap, *const dz0 = t->dz0;
-  t->gap = t->dz0 = t->zeros; /* of the changes */
   double now = complementarity(t, 0.0);
   const double scale = 1.0 + now;
   for (long iteration = 0; iteration < INTERIOR_POINT_ITERATIONS_MAX; ++iteration) {
@@ -162,8 +155,6 @@ static int solve_by_interior_point(Team *t) {
     if (!__builtin_isfinite(now)) break;
   }
   t->has_barrier = 0;
-  t->gap = gap;
-  t->dz0 = dz0;
   for (long e = 0; e < (N + 1) * nz; ++e) {
     t->q[e] = t->q_plain[e];
     t->dz[e] = t->dz_at[e];

@@ -63,13 +63,13 @@ class _Point:
         )
 
 
-def solve(qp: TeamQp, dz0: Array) -> Minimiser:
-    """The minimiser for one start deviation, shape (nz,).
+def solve(qp: TeamQp) -> Minimiser:
+    """The minimiser of a quadratic program without gaps.
 
     Raises:
         QpError: the method does not converge.
     """
-    at = _start(qp, dz0)
+    at = _start(qp)
     scale = 1.0 + _complementarity(at)
     iterations = 0
     while iterations < ITERATIONS_MAX and _complementarity(at) >= COMPLEMENTARITY * scale:
@@ -96,13 +96,13 @@ def _iterated(qp: TeamQp, at: _Point) -> _Point:
     return at.moved(to, min(1.0, STEP_BACK * _longest(at, to)))
 
 
-def _start(qp: TeamQp, dz0: Array) -> _Point:
+def _start(qp: TeamQp) -> _Point:
     """Commands well inside their bounds, and multipliers of the size of the gradient."""
     margin = 0.1 * (qp.upper - qp.lower)
     du = np.clip(0.0, qp.lower + margin, qp.upper - margin)
-    dz = [dz0]
-    for A, B, gap, u in zip(qp.A, qp.B, qp.gap, du, strict=True):
-        dz.append(A @ dz[-1] + B @ u + gap)
+    dz = [np.zeros_like(qp.q[0])]
+    for A, B, u in zip(qp.A, qp.B, du, strict=True):
+        dz.append(A @ dz[-1] + B @ u)
     states = np.array(dz)
     rows = soft_rows(qp, states)
     sigma = 1.0 + np.maximum(rows, 0.0)
@@ -132,9 +132,9 @@ def _step(qp: TeamQp, at: _Point, target: float, products: tuple[Array | float, 
     q, r = gradient(qp, at.dz, at.du)
     q[1:] += np.einsum("kmi,km->ki", qp.C, offset)
     r += upper - lower
-    barrier = dataclasses.replace(qp, Q=Q, R=R, q=q, r=r, gap=np.zeros_like(qp.gap))
+    barrier = dataclasses.replace(qp, Q=Q, R=R, q=q, r=r)
     factors = factorize(barrier, np.ones(r.shape, dtype=bool))
-    change = minimize(barrier, factors, np.zeros_like(r), np.zeros_like(at.dz[0]))
+    change = minimize(barrier, factors, np.zeros_like(r))
     d_rows = np.einsum("kmz,kz->km", qp.C, change.dz[1:])
     d_sigma = (excess + by_soft * d_rows) / stiffness
     multipliers = (

@@ -93,7 +93,7 @@ class KernelSolver:
             raise QpError("the gradient is not finite")
         if status == _NOT_CONVERGED:
             raise QpError("the interior-point method did not converge")
-        states = guess.states + team["dz"][..., STATE].swapaxes(0, 1)
+        states = guess.states + (team["free_response"] + team["dz"])[..., STATE].swapaxes(0, 1)
         thrusts = guess.thrusts + team["du"].swapaxes(0, 1)
         np.clip(thrusts, ocp.thrust_min, ocp.thrust_max, out=thrusts)
         structure = team.structure

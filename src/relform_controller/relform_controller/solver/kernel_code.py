@@ -104,8 +104,17 @@ def _vehicle_tables(vehicle: LaneFunction) -> str:
         + _table("vehicle_core_from", by_state.numbers + by_mean_thrusts.numbers)
         + _table("vehicle_core_to", core_to)
         + f"enum {{ VEHICLE_CORE = {len(core_to)} }};\n"
+        # Position and velocity move little else: rows of their columns of [A | B_f] from here on are zero.
+        + "enum {{ CORE_END_0 = {}, CORE_END_1 = {} }};\n".format(*_ends(by_state))
         + _cost_tables("vehicle", cost, gradient, vehicle, hessian_output=5)
     )
+
+
+def _ends(by_state: _Output) -> tuple[int, int]:
+    """One plus the last row that is not zero in the first four columns of the core; in the first eight."""
+    first = max(row for row, column in by_state.places if column < 4)
+    second = max(row for row, column in by_state.places if column < 8)
+    return first + 1, second + 1
 
 
 def _cost_tables(

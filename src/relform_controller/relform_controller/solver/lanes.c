@@ -13,6 +13,13 @@ static inline lanes lanes_if(lane_bits condition, lanes then, lanes otherwise) {
 
 static inline lanes lanes_max(lanes a, lanes b) { return lanes_if(a > b, a, b); }
 
+/* a' b of two vectors of whole lanes. */
+static inline double dot(const double *a, const double *b, long size) {
+  lanes sum = all_lanes(0.0);
+  for (long e = 0; e < size; e += LANES) sum += *(const lanes *)(a + e) * *(const lanes *)(b + e);
+  return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+}
+
 /* 1 where a <= b, else 0. */
 static inline lanes lanes_le(lanes a, lanes b) { return lanes_if(a <= b, all_lanes(1.0), all_lanes(0.0)); }
 

@@ -21,7 +21,7 @@ static void linearize_vehicles(Team *t) {
       const double *next = t->states + (i * (N + 1) + k + 1) * NX;
       for (long a = 0; a < NX; ++a) gap[a] = value[vehicle_following[a] * LANES] - next[a];
       for (long e = 0; e < VEHICLE_CORE; ++e) core[vehicle_core_to[e]] = value[vehicle_core_from[e] * LANES];
-      double *q = t->q_vehicle + (k * t->n + i) * NZS, *r = t->r + (k * t->n + i) * NU;
+      double *q = t->q_vehicle + (k * t->n + i) * NZS, *r = t->r_vehicle + (k * t->n + i) * NU;
       for (long e = 0; e < VEHICLE_GRADIENT; ++e) {
         const long to = vehicle_gradient_to[e];
         *(to < NZ ? q + to : r + to - NZ) = value[vehicle_gradient_from[e] * LANES];
@@ -100,4 +100,65 @@ static double gradient_of_leader_and_pairs(Team *t) {
     }
   }
   return cost;
+}
+
+/* out += H in for the Hessians of eight items, whose upper triangles have the given values, rows and columns. */
+static void times_lanes(const lanes *value, long size, const short *from, const short *row, const short *column,
+                        const lanes *in, lanes *out) {
+  for (long e = 0; e < size; ++e) {
+    const lanes h = value[from[e]];
+    out[row[e]] += h * in[column[e]];
+    if (row[e] != column[e]) out[column[e]] += h * in[row[e]];
+  }
+}
+
+/* [q; r] += [Q S'; S R] [z; u] of all stages; without u it is zero. */
+static void add_hessian_times(const Team *t, const double *z, const double *u, double *q, double *r) {
+  const long n = t->n, N = t->N, stride = n * NZS;
+  for (long first = 0; first < n * N; first += LANES) {
+    const long filled = min_long(LANES, n * N - first);
+    lanes in[NZ + NU] = {{0}}, out[NZ + NU] = {{0}};
+    for (long l = 0; l < filled; ++l) {
+      const long place = (first + l) % N * n + (first + l) / N;
+      for (int a = 0; a < NZ; ++a) in[a][l] = z[place * NZS + a];
+      for (int a = 0; u && a < NU; ++a) in[NZ + a][l] = u[place * NU + a];
+    }
+    times_lanes(t->vehicle_out + first / LANES * VEHICLE_OUT, VEHICLE_HESSIAN, vehicle_hessian_from, vehicle_hessian_row,
+                vehicle_hessian_column, in, out);
+    for (long l = 0; l < filled; ++l) {
+      const long place = (first + l) % N * n + (first + l) / N;
+      for (int a = 0; a < NZ; ++a) q[place * NZS + a] += out[a][l];
+      for (int a = 0; a < NU; ++a) r[place * NU + a] += out[NZ + a][l];
+    }
+  }
+  for (long first = 0; first < N; first += LANES) {
+    const long filled = min_long(LANES, N - first);
+    lanes in[NX] = {{0}}, out[NX] = {{0}};
+    for (long l = 0; l < filled; ++l)
+      for (int a = 0; a < NX; ++a) in[a][l] = z[(first + l + 1) * stride + a];
+    times_lanes(t->leader_hessian_out + first / LANES * LEADER_HESSIAN_OUT, LEADER_HESSIAN, leader_hessian_from,
+                leader_hessian_row, leader_hessian_column, in, out);
+    for (long l = 0; l < filled; ++l)
+      for (int a = 0; a < NX; ++a) q[(first + l + 1) * stride + a] += out[a][l];
+  }
+  for (long first = 0; first < t->n_pairs * N; first += LANES) {
+    const long filled = min_long(LANES, t->n_pairs * N - first);
+    lanes in[2 * NX] = {{0}}, out[2 * NX] = {{0}};
+    for (long l = 0; l < filled; ++l) {
+      const long *of = t->pairs + (first + l) / N * 2, stage = ((first + l) % N + 1) * stride;
+      for (int a = 0; a < NX; ++a) {
+        in[a][l] = z[stage + of[0] * NZS + a];
+        in[NX + a][l] = z[stage + of[1] * NZS + a];
+      }
+    }
+    times_lanes(t->pair_hessian_out + first / LANES * PAIR_HESSIAN_OUT, PAIR_HESSIAN, pair_hessian_from,
+                pair_hessian_row, pair_hessian_column, in, out);
+    for (long l = 0; l < filled; ++l) {
+      const long *of = t->pairs + (first + l) / N * 2, stage = ((first + l) % N + 1) * stride;
+      for (int a = 0; a < NX; ++a) {
+        q[stage + of[0] * NZS + a] += out[a][l];
+        q[stage + of[1] * NZS + a] += out[NX + a][l];
+      }
+    }
+  }
 }

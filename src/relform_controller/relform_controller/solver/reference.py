@@ -20,7 +20,7 @@ from relform_controller.solver.linearization import Linearization
 from relform_controller.solver.riccati import Factors, factorize
 from relform_controller.solver.solver import QpError, SqpStep
 from relform_controller.solver.stages import STATE, stage_state_size
-from relform_controller.solver.team_qp import TeamQp, soft_rows
+from relform_controller.solver.team_qp import TeamQp, about, free_response, soft_rows
 from relform_core.arrays import Array
 from relform_core.controller_config import WeightsConfig
 
@@ -66,18 +66,20 @@ class ReferenceSolver:
         guess = prepared.guess
         q, cost = self._linearization.gradient(guess, geometry, reference)
         C, c = self._linearization.rows(guess, geometry)
-        qp = dataclasses.replace(
+        whole = dataclasses.replace(
             prepared.qp, q=prepared.qp.q + q, constant=prepared.qp.constant + cost, C=C, c=c
         )
         dz0 = self._linearization.start_deviation(guess, start)
         if not (np.isfinite(q).all() and np.isfinite(dz0).all()):
             raise QpError("the gradient is not finite")
-        found = active_set.solve(qp, prepared.factors, prepared.sides, dz0)
+        free = free_response(whole, dz0)
+        qp = about(whole, free)
+        found = active_set.solve(qp, prepared.factors, prepared.sides)
         if found is None or (soft_rows(qp, found.trajectory.dz) > 0.0).any():
-            found = interior_point.solve(qp, dz0)
+            found = interior_point.solve(qp)
         step = SqpStep(
-            plan=self._plan(guess, start, found),
-            kkt=kkt(qp, found, dz0),
+            plan=self._plan(guess, start, free + found.trajectory.dz, found.trajectory.du),
+            kkt=kkt(qp, found),
             objective=objective(qp, found),
             qp_iterations=found.iterations,
             active_bounds=int(np.count_nonzero(found.sides)),
@@ -87,10 +89,10 @@ class ReferenceSolver:
             raise QpError("the gradient is not finite")
         return step
 
-    def _plan(self, guess: Plan, start: HorizonStart, found: Minimiser) -> Plan:
+    def _plan(self, guess: Plan, start: HorizonStart, dz: Array, du: Array) -> Plan:
         n, N, nz = self._ocp.n_vehicles, self._ocp.n_stages, stage_state_size(self._ocp)
-        d_states = found.trajectory.dz.reshape(N + 1, n, nz)[..., STATE].swapaxes(0, 1)
-        d_thrusts = found.trajectory.du.reshape(N, n, layout.N_INPUT).swapaxes(0, 1)
+        d_states = dz.reshape(N + 1, n, nz)[..., STATE].swapaxes(0, 1)
+        d_thrusts = du.reshape(N, n, layout.N_INPUT).swapaxes(0, 1)
         thrusts = np.clip(guess.thrusts + d_thrusts, self._ocp.thrust_min, self._ocp.thrust_max)
         return Plan(guess.states + d_states, thrusts, start.rotors)
 
@@ -108,22 +110,15 @@ def objective(qp: TeamQp, found: Minimiser) -> float:
     )
 
 
-def kkt(qp: TeamQp, found: Minimiser, dz0: Array) -> float:
+def kkt(qp: TeamQp, found: Minimiser) -> float:
     """|gradient . step| + sum |multiplier * active bound| of the QP in commands and violations (``SqpStep``).
 
-    The gradient is that at the guess: du = 0, where the states follow the dynamics freely, and the violations
-    sigma of the guess.
+    The gradient is that at du = 0, where the states follow the dynamics freely; with it go the violations
+    sigma there. dz is linear in du, so the derivative along the step is that of both.
     """
-    dz = [dz0]
-    for A, gap in zip(qp.A, qp.gap, strict=True):
-        dz.append(A @ dz[-1] + gap)
-    gradient, costate = np.zeros_like(qp.r), qp.q[-1] + qp.Q[-1] @ dz[-1]
-    for k in reversed(range(len(qp.A))):
-        gradient[k] = qp.r[k] + qp.S[k] @ dz[k] + qp.B[k].T @ costate
-        costate = qp.q[k] + qp.Q[k] @ dz[k] + qp.A[k].T @ costate
-    du, slope = found.trajectory.du, found.trajectory.slope
-    guessed, sigma = np.maximum(qp.c, 0.0), np.maximum(soft_rows(qp, found.trajectory.dz), 0.0)
-    by_sigma = qp.linear_price + qp.square_price * guessed
-    change = np.sum(gradient * du) + np.sum(by_sigma * (sigma - guessed))
-    at_soft = found.soft * (soft_rows(qp, np.array(dz)) - guessed)
+    dz, du, slope = found.trajectory.dz, found.trajectory.du, found.trajectory.slope
+    at_first, sigma = np.maximum(qp.c, 0.0), np.maximum(soft_rows(qp, dz), 0.0)
+    by_sigma = qp.linear_price + qp.square_price * at_first
+    change = np.sum(qp.q * dz) + np.sum(qp.r * du) + np.sum(by_sigma * (sigma - at_first))
+    at_soft = found.soft * (qp.c - at_first)
     return float(abs(change) + np.abs(slope * du).sum() + np.abs(at_soft).sum())

@@ -5,13 +5,18 @@ static void congruence(const double *P, const double *Ci, const double *Cj, lane
   lanes W[NZ][3];
   for (int r = 0; r < NZ; r += 4) {
     lanes sum[4][2] = {{{0}}};
-    for (int s = 0; s < NX; ++s) {
+    int s = 0;
+    for (; s < CORE_END_1; ++s) {
       const lanes c0 = *(const lanes *)(Cj + s * NF), c1 = *(const lanes *)(Cj + s * NF + 8);
       for (int a = 0; a < 4; ++a) {
         const double factor = P[(r + a) * NZS + s];
         sum[a][0] += factor * c0;
         sum[a][1] += factor * c1;
       }
+    }
+    for (; s < NX; ++s) {
+      const lanes c1 = *(const lanes *)(Cj + s * NF + 8);
+      for (int a = 0; a < 4; ++a) sum[a][1] += P[(r + a) * NZS + s] * c1;
     }
     for (int a = 0; a < 4; ++a) {
       const double *row = P + (r + a) * NZS + NX;
@@ -21,9 +26,10 @@ static void congruence(const double *P, const double *Ci, const double *Cj, lane
                             : (lanes){row[0], row[1], row[2], row[3], 0.0, 0.0, 0.0, 0.0};
     }
   }
+  static const int end[NF / 4] = {CORE_END_0, CORE_END_1, NX, NX};
   for (int a = 0; a < NF; a += 4) {
     lanes sum[4][3] = {{{0}}};
-    for (int r = 0; r < NX; ++r)
+    for (int r = 0; r < end[a / 4]; ++r)
       for (int b = 0; b < 4; ++b) {
         const double factor = Ci[r * NF + a + b];
         for (int v = 0; v < 3; ++v) sum[b][v] += factor * W[r][v];
@@ -198,26 +204,6 @@ static int eliminate(Team *t, long k) {
   return 1;
 }
 
-/* P_{k+1} gap_k. */
-static void push_gap(Team *t, long k) {
-  const long n = t->n;
-  double *result = t->P_gap + k * n * NZS;
-  for (long e = 0; e < n * NZS; ++e) result[e] = 0.0;
-  for (long i = 0; i < n; ++i)
-    for (long j = i; j < n; ++j) {
-      const double *P = block_of(t, blocks_of_stage(t, k + 1), i, j);
-      const double *gap_i = t->gap + (k * n + i) * NX, *gap_j = t->gap + (k * n + j) * NX;
-      for (int a = 0; a < NX; ++a)
-        for (int b = 0; b < NZS; ++b) result[j * NZS + b] += gap_i[a] * P[a * NZS + b];
-      if (i < j)
-        for (int a = 0; a < NZ; ++a) {
-          double sum = 0.0;
-          for (int b = 0; b < NX; ++b) sum += P[a * NZS + b] * gap_j[b];
-          result[i * NZS + a] += sum;
-        }
-    }
-}
-
 /* The Hessian of the interior-point method at stage k < N. */
 static void add_barrier(Team *t, long k) {
   const long nu = t->n * NU;
@@ -235,7 +221,6 @@ static void clear_last_stage(Team *t) {
 /* Stages k <= last, for the commands that are free now. */
 static int factorize(Team *t, long last) {
   for (long k = last; k >= 0; --k) {
-    push_gap(t, k);
     propagate(t, k);
     add_vehicles(t, k);
     if (k > 0) add_leader_and_pairs(t, k);
@@ -259,13 +244,11 @@ static void sweep_back(Team *t, long last) {
   const long n = t->n, nz = n * NZS, nu = n * NU;
   for (long k = last; k >= 0; --k) {
     const double *U = t->U + k * nu * nu, *Y = t->Y + k * nu * nz, *after = t->p + (k + 1) * nz;
-    const double *P_gap = t->P_gap + k * nz, *q = t->q + k * nz, *r = t->r + k * nu;
+    const double *q = t->q + k * nz, *r = t->r + k * nu;
     const signed char *side = t->side + k * nu;
     double *p = t->p + k * nz, *g_u = t->g_u + k * nu, *y = t->y + k * nu;
     for (long i = 0; i < n; ++i) {
-      double costate[NZS];
-      for (int a = 0; a < NZS; ++a) costate[a] = after[i * NZS + a] + P_gap[i * NZS + a];
-      pull_back(t, k, i, costate, p + i * NZS, g_u + i * NU);
+      pull_back(t, k, i, after + i * NZS, p + i * NZS, g_u + i * NU);
       for (int a = 0; a < NZS; ++a) p[i * NZS + a] += q[i * NZS + a];
       for (int a = 0; a < NU; ++a) g_u[i * NU + a] += r[i * NU + a];
     }
@@ -285,7 +268,7 @@ static void sweep_back(Team *t, long last) {
   }
 }
 
-/* x+ = A x + B u (+ gap) of one stage. */
+/* z+ = A z + B u (+ gap) of one stage. */
 static void advance(const Team *t, long k, const double *z, const double *u, const double *gap, double *next) {
   for (long i = 0; i < t->n; ++i) {
     const double *C = t->core + (i * t->N + k) * NX * NF, *zi = z + i * NZS, *ui = u + i * NU;
@@ -307,17 +290,13 @@ static void advance(const Team *t, long k, const double *z, const double *u, con
 }
 
 static void sweep_forward(Team *t) {
-  const long n = t->n, nz = n * NZS, nu = n * NU;
-  for (long e = 0; e < nz; ++e) t->dz[e] = t->dz0[e];
+  const long nz = t->n * NZS, nu = t->n * NU;
+  for (long e = 0; e < nz; ++e) t->dz[e] = 0.0;
   for (long k = 0; k < t->N; ++k) {
     const double *U = t->U + k * nu * nu, *Y = t->Y + k * nu * nz, *dz = t->dz + k * nz;
     const signed char *side = t->side + k * nu;
     double *du = t->du + k * nu, *slope = t->slope + k * nu;
-    for (long a = 0; a < nu; ++a) {
-      double sum = t->y[k * nu + a];
-      for (long b = 0; b < nz; ++b) sum += Y[a * nz + b] * dz[b];
-      du[a] = -sum;
-    }
+    for (long a = 0; a < nu; ++a) du[a] = -t->y[k * nu + a] - dot(Y + a * nz, dz, nz);
     for (long a = nu - 1; a >= 0; --a) {
       for (long b = a + 1; b < nu; ++b) du[a] -= U[a * nu + b] * du[b];
       du[a] /= U[a * nu + a];
@@ -328,14 +307,13 @@ static void sweep_forward(Team *t) {
       slope[a] = 0.0;
       if (side[a]) {
         const double *G_uu = t->G_uu + (k * nu + a) * nu, *G_uz = t->G_uz + (k * nu + a) * nz;
-        double sum = t->g_u[k * nu + a];
-        for (long b = 0; b < nz; ++b) sum += G_uz[b] * dz[b];
+        double sum = t->g_u[k * nu + a] + dot(G_uz, dz, nz);
         for (long b = 0; b < nu; ++b) sum += side[b] ? 0.0 : G_uu[b] * du[b];
         slope[a] = sum;
       }
     }
     for (long a = 0; a < nu; ++a)
       if (side[a]) du[a] = bound_of(t, k, a, side[a]);
-    advance(t, k, dz, du, t->gap + k * n * NX, t->dz + (k + 1) * nz);
+    advance(t, k, dz, du, 0, t->dz + (k + 1) * nz);
   }
 }

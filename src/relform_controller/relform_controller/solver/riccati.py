@@ -2,14 +2,15 @@
 
 With the cost-to-go 1/2 dz' P_{k+1} dz + p_{k+1}' dz, stage k costs in (dz, du)
 
-    G = [Q S'; S R] + [A B]' P_{k+1} [A B],   g = [q; r] + [A B]' (p_{k+1} + P_{k+1} gap).
+    G = [Q S'; S R] + [A B]' P_{k+1} [A B],   g = [q; r] + [A B]' p_{k+1}.
 
 The free commands minimise it: with L L' = G_ff and Y = L^-1 G_fz, y = L^-1 (g_f + G_fc w),
 
     du_f = -L'^-1 (Y dz + y),   P_k = G_zz - Y' Y,   p_k = g_z + G_zc w - Y' y,
 
-where w are the values of the fixed commands c. The matrices do not depend on gradients, gaps and initial
-deviation, nor on w: `factorize` is the part before the measurement.
+where w are the values of the fixed commands c. The deviations start at zero and have no gaps
+(`team_qp.about`). The matrices do not depend on gradients, nor on w: `factorize` is the part before the
+measurement.
 """
 
 from dataclasses import dataclass
@@ -77,14 +78,13 @@ def factorize(qp: TeamQp, free: Array) -> Factors:
     return Factors(P[::-1], G_uz[::-1], G_uu[::-1], L[::-1], Y[::-1], free)
 
 
-def minimize(qp: TeamQp, factors: Factors, fixed: Array, dz0: Array) -> Trajectory:
+def minimize(qp: TeamQp, factors: Factors, fixed: Array) -> Trajectory:
     """The sweeps of the vectors, backward and forward.
 
     Args:
-        qp: the quadratic program.
+        qp: the quadratic program, without gaps.
         factors: of its matrices.
         fixed: values of the fixed commands; others do not matter, shape (stage, nu).
-        dz0: deviation of the start, shape (nz,).
     Raises:
         QpError: the numbers are too large to compute with.
     """
@@ -92,18 +92,18 @@ def minimize(qp: TeamQp, factors: Factors, fixed: Array, dz0: Array) -> Trajecto
     w = np.where(factors.free, 0.0, fixed)
     p, y, g_u = qp.q[n_stages], [np.empty(0)] * n_stages, [np.empty(0)] * n_stages
     for k in reversed(range(n_stages)):
-        f, costate = factors.free[k], p + factors.P[k + 1] @ qp.gap[k]
-        g_u[k] = qp.r[k] + qp.B[k].T @ costate + factors.G_uu[k] @ w[k]
+        f = factors.free[k]
+        g_u[k] = qp.r[k] + qp.B[k].T @ p + factors.G_uu[k] @ w[k]
         y[k] = _solved(factors.L[k], g_u[k][f], lower=True)
-        p = qp.q[k] + qp.A[k].T @ costate + factors.G_uz[k].T @ w[k] - factors.Y[k].T @ y[k]
-    dz, du, slope = [dz0], w.copy(), np.zeros_like(w)
+        p = qp.q[k] + qp.A[k].T @ p + factors.G_uz[k].T @ w[k] - factors.Y[k].T @ y[k]
+    dz, du, slope = [np.zeros_like(p)], w.copy(), np.zeros_like(w)
     for k in range(n_stages):
         f = factors.free[k]
         du[k, f] = -_solved(factors.L[k].T, factors.Y[k] @ dz[k] + y[k], lower=False)
         # g_u has G_uc w already: what is left are the free commands.
         change = factors.G_uz[k] @ dz[k] + factors.G_uu[k] @ np.where(f, du[k], 0.0) + g_u[k]
         slope[k] = np.where(f, 0.0, change)
-        dz.append(qp.A[k] @ dz[k] + qp.B[k] @ du[k] + qp.gap[k])
+        dz.append(qp.A[k] @ dz[k] + qp.B[k] @ du[k])
     return Trajectory(np.array(dz), du, slope)
 
 

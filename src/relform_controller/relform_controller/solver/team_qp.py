@@ -13,8 +13,12 @@ linear_price' sigma_k + 1/2 sigma_k' diag(square_price) sigma_k.
 
 `z` holds the stage states of all vehicles (``stages``), `u` all commands. The dynamics couple no vehicles, so
 A and B are block diagonal; Q couples pairs.
+
+To minimise it, dz is split into the free response, which follows the dynamics from the measured start with
+du = 0, and the rest, which starts at zero and has no gaps (`about`).
 """
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,6 +59,24 @@ class TeamQp:
     """Shape (row,)."""
     square_price: Array
     """Shape (row,)."""
+
+
+def free_response(qp: TeamQp, dz0: Array) -> Array:
+    """The deviations that follow from a start deviation dz0 with du = 0, shape (stage 0..N, nz)."""
+    dz = [dz0]
+    for A, gap in zip(qp.A, qp.gap, strict=True):
+        dz.append(A @ dz[-1] + gap)
+    return np.array(dz)
+
+
+def about(qp: TeamQp, free: Array) -> TeamQp:
+    """The same quadratic program for what is added to the free response: it starts at zero, without gaps."""
+    no_command = np.zeros_like(qp.r)
+    q, r = gradient(qp, free, no_command)
+    constant = qp.constant + 0.5 * np.sum((qp.q + q) * free)
+    return dataclasses.replace(
+        qp, gap=np.zeros_like(qp.gap), q=q, r=r, constant=float(constant), c=soft_rows(qp, free)
+    )
 
 
 def soft_rows(qp: TeamQp, dz: Array) -> Array:
