@@ -275,8 +275,9 @@ def test_process_of_all_nodes_that_hangs_ends_the_flight(fly: Callable[..., Fly]
     assert len(read_flight_log(flight.folder).phase) > 0
 
 
-def test_no_process_outlives_the_script(fly: Callable[..., Fly]) -> None:
-    flight = fly()
+@pytest.mark.parametrize("arguments", [(), ("--composed",)], ids=["apart", "composed"])
+def test_no_process_outlives_the_script(arguments: tuple[str, ...], fly: Callable[..., Fly]) -> None:
+    flight = fly(*arguments)
     flight.in_the_air()
     flight.process.kill()
     flight.process.wait()
