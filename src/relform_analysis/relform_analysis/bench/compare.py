@@ -24,7 +24,7 @@ CONSTRAINTS = (
     f"controller.constraints={{separation: {{min_m: 0.9, {_PRICES}}}, tilt: {{max_deg: 25.0, {_PRICES}}}, "
     f"speed: {{max_m_s: 2.6, {_PRICES}}}}}"
 )
-"""Override: soft constraints that are active in about half of the steps."""
+"""Override: soft constraints that are active in most of the steps."""
 _TURN = 6.0
 """Begin of the agile turn, which the formation change follows [s]."""
 
