@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from relform_core.names import EstimatorMode, SolverState
-from relform_core.scenario_config import TeamConfig
+from relform_core.team_config import TeamConfig
 from relform_core.telemetry import (
     EstimatorReport,
     Event,

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from relform_core.constraints_config import Obstacle
 from relform_core.controller_config import ControllerConfig, TeamEstimatorConfig
@@ -23,44 +23,12 @@ from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor, Source
 from relform_core.sensors_config import SensorsConfig
+from relform_core.team_config import TeamConfig
 from relform_core.units import DEGREES, seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
 
 PLACE_MAX = 1000.0
 """Bound on each coordinate of a place in a formation [m]; far beyond what sensors see."""
-
-
-FOLLOWERS_MAX = 63
-"""Bound on the number of followers that a file may give in place of names."""
-
-
-def _numbered(written: Any) -> Any:
-    """Names for a number of followers; anything else stays."""
-    if not isinstance(written, int) or isinstance(written, bool):
-        return written
-    if not 1 <= written <= FOLLOWERS_MAX:
-        raise ValueError(f"a number of followers must be 1 to {FOLLOWERS_MAX} (got {written})")
-    return tuple(f"follower_{number}" for number in range(1, written + 1))
-
-
-class TeamConfig(Schema):
-    """The vehicles. The team order, leader first, is the order of every axis over vehicles."""
-
-    leader: Name
-    followers: Annotated[tuple[Name, ...], Field(min_length=1, strict=False), BeforeValidator(_numbered)]
-    """Their names; a file may give their number instead, for follower_1, follower_2 and so on."""
-
-    @property
-    def vehicles(self) -> tuple[Name, ...]:
-        """Names of all vehicles in team order."""
-        return (self.leader, *self.followers)
-
-    @model_validator(mode="after")
-    def _distinct(self) -> Self:
-        for name in self.vehicles:
-            if self.vehicles.count(name) > 1:
-                raise ValueError(f"vehicle '{name}' is named twice")
-        return self
 
 
 class StartConfig(Schema):
@@ -207,7 +175,11 @@ class ScenarioConfig(Schema):
 
     @cached_property
     def targets_of(self) -> Mapping[str, tuple[str, ...]]:
-        """The vehicles that each vehicle may see, in team order."""
+        """The vehicles that each vehicle may see, in team order.
+
+        Raises:
+            ValueError: the sensing graph is impossible; never after validation.
+        """
         vehicles = self.team.vehicles
         first = self.formations[self.phases[0].formation]
         places = np.array([(0.0, 0.0, 0.0), *(first[name] for name in self.team.followers)])
@@ -290,16 +262,13 @@ class ScenarioConfig(Schema):
 
     @model_validator(mode="after")
     def _sensing_possible(self) -> Self:
-        if self.controller.estimator.kind != "raw":
-            self.targets_of  # noqa: B018
-            return self
         for vehicle, targets in self.targets_of.items():
-            for other in self.team.vehicles:
-                if other not in (vehicle, *targets):
-                    raise ValueError(
-                        f"sensing '{self.sensing.kind}' leaves out '{vehicle}' and '{other}', but "
-                        "controller.estimator 'raw' needs 'complete': choose 'team'"
-                    )
+            unseen = [other for other in self.team.vehicles if other not in (vehicle, *targets)]
+            if unseen and self.controller.estimator.kind == "raw":
+                raise ValueError(
+                    f"sensing '{self.sensing.kind}' leaves out '{vehicle}' and '{unseen[0]}', but "
+                    "controller.estimator 'raw' needs 'complete': choose 'team'"
+                )
         return self
 
     @model_validator(mode="after")

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from relform_core.names import EventKind
-from relform_core.scenario_config import TeamConfig
 from relform_core.schema import Vector3
+from relform_core.team_config import TeamConfig
 from relform_core.telemetry import Event, FaultReported, FormationSet, ParametersSet, PerStep, StepDecided
 from relform_msgs.msg import FormationEvent as FormationEventMsg
 from relform_msgs.msg import RelativePosition as RelativePositionMsg

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from relform_analysis.flight.paper_claims import COMPARED, FORMATION_STEADY_MEAN_M, STEP_MS, ComparedNumber
 from relform_analysis.flight.summary import Json
 from relform_analysis.flight.tracking_errors import scored_pairs
-from relform_core.scenario_config import TeamConfig
+from relform_core.team_config import TeamConfig
 
 SMALLER_IS_WORSE = ("separation_min_m", "view_margin_min_deg")
 

@@ -11,7 +11,7 @@ from relform_analysis.flight.paper_claims import (
 )
 from relform_analysis.flight.summary import Json
 from relform_analysis.flight.tracking_errors import scored_pairs
-from relform_core.scenario_config import TeamConfig
+from relform_core.team_config import TeamConfig
 
 LINE = 136
 """Characters that fit below a figure."""

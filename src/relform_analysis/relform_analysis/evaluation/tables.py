@@ -12,7 +12,7 @@ from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_analysis.sweep.folder import write_table
 from relform_analysis.sweep.statistics import aggregate
 from relform_core.atomic_file import write_atomically
-from relform_core.scenario_config import TeamConfig
+from relform_core.team_config import TeamConfig
 
 CLAIMS, ABLATION, PAGE = "claims.csv", "ablation.csv", "evaluation.md"
 

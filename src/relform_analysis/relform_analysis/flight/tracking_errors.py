@@ -6,7 +6,7 @@ import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_core.arrays import Array
-from relform_core.scenario_config import TeamConfig
+from relform_core.team_config import TeamConfig
 
 
 def scored_pairs(team: TeamConfig) -> tuple[tuple[str, str], ...]:
