@@ -62,7 +62,7 @@ class MadeUpPacing:
             faulty=False,
         )
 
-    def publish(self, topic: str, message: Any) -> None:
+    def publish(self, topic: str, message: Any, content: Stamped | None = None) -> None:
         raise AssertionError("the monitor publishes nothing")
 
     def done(

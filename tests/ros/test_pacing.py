@@ -60,7 +60,7 @@ class ScriptedPacing:
         wanted = [topic for topic in (self._decoders if topics is None else topics) if topic in messages]
         return Gathered({topic: (self._decoders[topic](messages[topic]),) for topic in wanted}, faulty=False)
 
-    def publish(self, topic: str, message: Any) -> None:
+    def publish(self, topic: str, message: Any, content: Stamped | None = None) -> None:
         self.published[self._step].setdefault(topic, []).append(message)
 
     def done(

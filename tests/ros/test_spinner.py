@@ -162,3 +162,12 @@ def test_only_topics_of_one_process_are_handed_over() -> None:
     process.publish("/y", "of y", b"data of y")
     process.publish("/z", "of z", b"")
     assert taken == ["of x", b"data of y"]
+
+
+def test_readers_of_one_process_take_the_content_if_the_writer_gives_it() -> None:
+    process, taken = IntraProcess(["/a"]), list[str]()
+    process.subscribe("/x", lambda message: taken.append(f"decoded {message}"), taken.append)
+    process.subscribe("/x", lambda message: taken.append(f"read {message}"))
+    process.publish("/x", "message 1", b"", "content 1")
+    process.publish("/x", "message 2", b"")
+    assert taken == ["content 1", "read message 1", "decoded message 2", "read message 2"]

@@ -3,6 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 from rclpy.duration import Duration
@@ -45,11 +46,11 @@ class Endpoints:
         """The topics that this node reads by the table."""
         return tuple(topic for topic in self._topics.values() if self._name in topic.readers)
 
-    def publish(self, topic: str, message: Any) -> None:
-        """Send a message on a topic that this node writes by the table."""
+    def publish(self, topic: str, message: Any, content: Any = None) -> None:
+        """Send a message on a topic that this node writes by the table; ``content``: see ``Pacing``."""
         data = serialize_message(message) if self._intra_process.wants_serialized(topic) else b""
         self._publishers[topic].publish(data or message)
-        self._intra_process.publish(topic, message, data)
+        self._intra_process.publish(topic, message, data, content)
 
     def subscribe_raw(self, topic: str, callback: Callable[[bytes, int], None]) -> None:
         """Read a topic without decoding it.
@@ -70,24 +71,30 @@ class Endpoints:
         else:
             self._subscriptions[topic] = subscribe_raw(self._node, entry.type, topic, take, entry.qos)
 
-    def subscribe(self, topic: str, callback: Callable[[Any], None]) -> None:
+    def subscribe(
+        self, topic: str, callback: Callable[[Any], None], take_content: Callable[[Any], None] | None = None
+    ) -> None:
         """Read a topic.
 
         Args:
             callback: takes the message; a RejectionError that it raises is counted.
+            take_content: takes the content of a message of this process instead, if the writer gives it.
         """
 
-        def take(message: Any) -> None:
+        def take(message: Any, take_it: Callable[[Any], None] = callback) -> None:
             try:
-                callback(message)
+                take_it(message)
             except RejectionError as rejected:
                 self.rejections.count(topic, rejected)
 
         entry = self._topics[topic]
         if self._intra_process.exchanges(entry.writers):
-            self._intra_process.subscribe(topic, take)
+            counted = None if take_content is None else partial(take, take_it=take_content)
+            self._intra_process.subscribe(topic, take, counted)
         else:
-            self._subscriptions[topic] = self._node.create_subscription(entry.type, topic, take, entry.qos)
+            self._subscriptions[topic] = self._node.create_subscription(
+                entry.type, topic, lambda message: take(message), entry.qos
+            )
 
     def unmatched(self, among: Iterable[str] | None = None) -> set[str]:
         """Topics with writers or readers that this node has not discovered yet.

@@ -89,14 +89,13 @@ class LockstepPacing:
         reject = partial(self._endpoints.rejections.count, topic)
         inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject, self._lead)
 
-        def take(msg: Any) -> None:
-            message = decode(msg)
+        def take(message: Stamped) -> None:
             inbox.add(message.stamp_ns, message)
 
         if raw:
-            self._endpoints.subscribe_raw(topic, lambda data, publish_time_ns: take(data))
+            self._endpoints.subscribe_raw(topic, lambda data, publish_time_ns: take(decode(data)))
         else:
-            self._endpoints.subscribe(topic, take)
+            self._endpoints.subscribe(topic, lambda msg: take(decode(msg)), take)
 
     def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
         """See ``Pacing``."""
@@ -139,9 +138,9 @@ class LockstepPacing:
         }
         return Gathered(messages, faulty)
 
-    def publish(self, topic: str, message: Any) -> None:
+    def publish(self, topic: str, message: Any, content: Stamped | None = None) -> None:
         """See ``Pacing``."""
-        self._endpoints.publish(topic, message)
+        self._endpoints.publish(topic, message, content)
         if topic in self._promised:
             self._promised.remove(topic)
         else:

@@ -69,8 +69,12 @@ class Pacing(Protocol):
             StopRequestedError: by a signal.
         """
 
-    def publish(self, topic: str, message: Any) -> None:
-        """Send a message of the current step."""
+    def publish(self, topic: str, message: Any, content: Stamped | None = None) -> None:
+        """Send a message of the current step.
+
+        Args:
+            content: what its readers decode from it; those in the same process take this object instead.
+        """
 
     def done(
         self,

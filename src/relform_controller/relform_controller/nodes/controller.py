@@ -153,7 +153,7 @@ class ControllerNode:
             self._rejected += len(self._estimator.rejected)
         for vehicle, command in decision.commands.items():
             topic = vehicle_topic(vehicle, ROTOR_SPEEDS)
-            self._pacing.publish(topic, rotor_command_to_msg(command, vehicle))
+            self._pacing.publish(topic, rotor_command_to_msg(command, vehicle), command)
 
     def _publish_telemetry(self, decision: Decision, inputs: tuple[tuple[str, int], ...]) -> None:
         step, stamp_ns = decision.step, decision.stamp_ns

@@ -18,7 +18,7 @@ from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
 from relform_ros.lockstep_pacing import LockstepPacing
 from relform_ros.odometry import odometry_from_msg, odometry_to_msg
-from relform_ros.pacing import Pacing
+from relform_ros.pacing import Pacing, Stamped
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, run_node
 from relform_ros.sensors.wire import wire
@@ -65,7 +65,7 @@ class Quadrotor:
         async for step in self._pacing.steps():
             self._apply_parameters(step)
             truth = self._vehicle.advance(step, await self._command(step - 1))
-            self._publish(GROUND_TRUTH, odometry_to_msg(truth, self._name))
+            self._publish(GROUND_TRUTH, odometry_to_msg(truth, self._name), truth)
             ground_truth = await self._others_truth(step) | {self._name: truth}
             self._publish_measurements(self._vehicle.measure(step, ground_truth))
             fault = self._vehicle.fault(step, ground_truth) or ""
@@ -96,14 +96,14 @@ class Quadrotor:
     def _publish_measurements(self, measurements: VehicleMeasurements) -> None:
         for source, its_wire in self._wires:
             for measurement in measurements.arrived(source):
-                self._publish(source.name, its_wire.to_msg(measurement, self._name))
+                self._publish(source.name, its_wire.to_msg(measurement, self._name), measurement)
 
     def _publish_event(self, step: int, content: ParametersSet | FaultReported) -> None:
         event = PerStep(step, step * self._period_ns, Event(self._name, content))
         self._pacing.publish(self._events, event_to_msg(event, self._team))
 
-    def _publish(self, name: str, message: Any) -> None:
-        self._pacing.publish(vehicle_topic(self._name, name), message)
+    def _publish(self, name: str, message: Any, content: Stamped) -> None:
+        self._pacing.publish(vehicle_topic(self._name, name), message, content)
 
 
 def _vehicle_name(node: Node, roster: Roster) -> str:
