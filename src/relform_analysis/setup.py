@@ -23,6 +23,7 @@ setup(
             "bench = relform_analysis.bench.flight:main",
             "bench_solver = relform_analysis.bench.solver:main",
             "bound = relform_analysis.judges.command:main",
+            "constraints = relform_analysis.plots.constraint_scenarios:main",
             "paper = relform_analysis.evaluation.command:main",
             "replay = relform_analysis.replay.command:main",
             "report = relform_analysis.report.command:main",

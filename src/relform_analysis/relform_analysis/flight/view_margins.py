@@ -18,7 +18,7 @@ def view_margins(log: FlightLog) -> Array:
         see, itself included.
     """
     p_BB_N = log.p_NB_N[:, None, :, :] - log.p_NB_N[:, :, None, :]
-    p_BB_B = _into_body(p_BB_N, log.q_NB[:, :, None, :])
+    p_BB_B = into_body(p_BB_N, log.q_NB[:, :, None, :])
     x, y, z = np.moveaxis(p_BB_B, -1, 0)
     azimuth, elevation = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
     sectors = log.scenario.config.sensors.of(RANGE_BEARING).sectors
@@ -29,7 +29,7 @@ def view_margins(log: FlightLog) -> Array:
     return margins
 
 
-def _into_body(p_N: Array, q_NB: Array) -> Array:
+def into_body(p_N: Array, q_NB: Array) -> Array:
     """R_NB^T p_N, shape (..., 3); ``q_NB`` is a unit quaternion (x, y, z, w), shape (..., 4).
 
     SciPy's Rotation would take longer to import than a flight takes to score.
