@@ -104,6 +104,6 @@ def _parser() -> CommandParser:
     parser.add_argument(
         "--composed",
         action="store_true",
-        help="run all nodes in one process, which takes half the CPU time (default: a process per node)",
+        help="run all nodes in one process, with a quarter of the CPU time (default: a process per node)",
     )
     return parser
