@@ -26,10 +26,16 @@ static void congruence(const double *P, const double *Ci, const double *Cj, lane
                             : (lanes){row[0], row[1], row[2], row[3], 0.0, 0.0, 0.0, 0.0};
     }
   }
-  static const int end[NF / 4] = {CORE_END_0, CORE_END_1, NX, NX};
-  for (int a = 0; a < NF; a += 4) {
+  for (int v = 0; v < 3; ++v) {
+    for (int a = 0; a < 3; ++a) M[a][v] = W[a][v]; /* a position moves nothing but itself */
+    lanes sum = {0};
+    for (int r = 0; r < CORE_END_0; ++r) sum += Ci[r * NF + 3] * W[r][v];
+    M[3][v] = sum;
+  }
+  for (int a = 4; a < NF; a += 4) {
     lanes sum[4][3] = {{{0}}};
-    for (int r = 0; r < end[a / 4]; ++r)
+    const int end = a < 8 ? CORE_END_1 : NX;
+    for (int r = 0; r < end; ++r)
       for (int b = 0; b < 4; ++b) {
         const double factor = Ci[r * NF + a + b];
         for (int v = 0; v < 3; ++v) sum[b][v] += factor * W[r][v];
