@@ -1,11 +1,23 @@
 /* The Riccati recursion (riccati.py): sweeps of the matrices, then of the vectors. */
 
 /* M = D_i' P D_j with D = [A | B_f, 0; 0, 1]: by state, mean thrusts, and what follows before and rotors. */
-static void congruence(const double *P, const double *Ci, const double *Cj, lanes M[NF + NZ - NX][NV / LANES]) {
+static void congruence(const double *P, int is_diagonal, const double *Ci, const double *Cj,
+                       lanes M[NF + NZ - NX][NV / LANES]) {
   lanes W[NZ][3];
   for (int r = 0; r < NZ; r += 4) {
     lanes sum[4][2] = {{{0}}};
+    const int is_below = is_diagonal && r >= LANES; /* `eliminate` keeps only what is above the diagonal */
+    const double *left = is_below ? P + r : P + r * NZS;
+    const long by_row = is_below ? 1 : NZS, by_column = is_below ? NZS : 1;
     int s = 0;
+    for (; s < LANES; ++s) {
+      const lanes c0 = *(const lanes *)(Cj + s * NF), c1 = *(const lanes *)(Cj + s * NF + 8);
+      for (int a = 0; a < 4; ++a) {
+        const double factor = left[a * by_row + s * by_column];
+        sum[a][0] += factor * c0;
+        sum[a][1] += factor * c1;
+      }
+    }
     for (; s < CORE_END_1; ++s) {
       const lanes c0 = *(const lanes *)(Cj + s * NF), c1 = *(const lanes *)(Cj + s * NF + 8);
       for (int a = 0; a < 4; ++a) {
@@ -70,7 +82,7 @@ static void propagate(Team *t, long k) {
       const double *P = block_of(t, blocks_of_stage(t, k + 1), i, j);
       double *G_zz = block_of(t, blocks_of_stage(t, k), i, j);
       lanes M[NF + NZ - NX][NV / LANES];
-      congruence(P, t->core + (i * t->N + k) * NX * NF, t->core + (j * t->N + k) * NX * NF, M);
+      congruence(P, i == j, t->core + (i * t->N + k) * NX * NF, t->core + (j * t->N + k) * NX * NF, M);
       const double(*m)[NV] = (const double(*)[NV])M;
       double u[NU];
       for (int a = 0; a < NX; ++a) {
@@ -194,6 +206,16 @@ static int eliminate(Team *t, long k) {
     for (long j = i; j < n; ++j) {
       double *P = block_of(t, blocks_of_stage(t, k), i, j);
       for (int a = 0; a < NZ; a += 4) {
+        if (NZS == 2 * LANES && i == j && a >= LANES) { /* only what is above the diagonal */
+          lanes sum[4];
+          for (int b = 0; b < 4; ++b) sum[b] = *(const lanes *)(P + (a + b) * NZS + LANES);
+          for (long s = 0; s < nu; ++s) {
+            const double *y = Y + s * nz + i * NZS;
+            for (int b = 0; b < 4; ++b) sum[b] -= y[a + b] * *(const lanes *)(y + LANES);
+          }
+          for (int b = 0; b < 4; ++b) *(lanes *)(P + (a + b) * NZS + LANES) = sum[b];
+          continue;
+        }
         lanes sum[4][NZS / LANES];
         for (int b = 0; b < 4; ++b)
           for (int v = 0; v < NZS / LANES; ++v) sum[b][v] = *(const lanes *)(P + (a + b) * NZS + v * LANES);
