@@ -7,21 +7,11 @@ static void congruence(const double *P, int is_diagonal, const double *Ci, const
   for (int r = 0; r < NZ; r += 4) {
     lanes sum[4][2] = {{{0}}};
     const int is_below = is_diagonal && r >= LANES; /* `eliminate` keeps only what is above the diagonal */
-    const double *left = is_below ? P + r : P + r * NZS;
-    const long by_row = is_below ? 1 : NZS, by_column = is_below ? NZS : 1;
     int s = 0;
-    for (; s < LANES; ++s) {
-      const lanes c0 = *(const lanes *)(Cj + s * NF), c1 = *(const lanes *)(Cj + s * NF + 8);
-      for (int a = 0; a < 4; ++a) {
-        const double factor = left[a * by_row + s * by_column];
-        sum[a][0] += factor * c0;
-        sum[a][1] += factor * c1;
-      }
-    }
     for (; s < CORE_END_1; ++s) {
       const lanes c0 = *(const lanes *)(Cj + s * NF), c1 = *(const lanes *)(Cj + s * NF + 8);
       for (int a = 0; a < 4; ++a) {
-        const double factor = P[(r + a) * NZS + s];
+        const double factor = is_below && s < LANES ? P[s * NZS + r + a] : P[(r + a) * NZS + s];
         sum[a][0] += factor * c0;
         sum[a][1] += factor * c1;
       }
