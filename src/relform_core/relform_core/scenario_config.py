@@ -23,7 +23,7 @@ from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor, Source
 from relform_core.sensors_config import SensorsConfig
-from relform_core.team_config import TeamConfig
+from relform_core.team_config import TeamConfig, check_known
 from relform_core.units import DEGREES, seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
 
@@ -274,11 +274,7 @@ class ScenarioConfig(Schema):
     @model_validator(mode="after")
     def _event_targets_exist(self) -> Self:
         for event in self.events:
-            if event.target not in self.team.vehicles:
-                raise ValueError(
-                    f"event '{event.kind}' targets the unknown vehicle '{event.target}', "
-                    f"known are {', '.join(self.team.vehicles)}"
-                )
+            check_known(f"event '{event.kind}' targets", event.target, self.team.vehicles)
             if isinstance(event, Occlusion) and event.hidden not in set(self.team.vehicles) - {event.target}:
                 raise ValueError(
                     f"event 'occlusion' hides '{event.hidden}' from '{event.target}', "
@@ -295,11 +291,7 @@ class ScenarioConfig(Schema):
         view = self.controller.constraints.field_of_view
         for observer, target in () if view is None else view.pairs:
             for name in (observer, target):
-                if name not in self.team.vehicles:
-                    raise ValueError(
-                        f"controller.constraints.field_of_view names the unknown vehicle '{name}', "
-                        f"known are {', '.join(self.team.vehicles)}"
-                    )
+                check_known("controller.constraints.field_of_view names", name, self.team.vehicles)
             if observer == target:
                 raise ValueError(f"controller.constraints.field_of_view: '{observer}' cannot observe itself")
         return self

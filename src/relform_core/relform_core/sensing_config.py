@@ -8,6 +8,7 @@ from relform_core import sensing_graph
 from relform_core.arrays import Array
 from relform_core.schema import Name, Schema
 from relform_core.sensing_graph import Edges
+from relform_core.team_config import check_known
 
 
 class CompleteSensing(Schema):
@@ -87,10 +88,7 @@ def sensing_edges(sensing: SensingConfig, vehicles: tuple[str, ...], places: Arr
 def _named_edges(pairs: tuple[tuple[str, str], ...], vehicles: tuple[str, ...]) -> Edges:
     for one, other in pairs:
         for name in (one, other):
-            if name not in vehicles:
-                raise ValueError(
-                    f"sensing.pairs names the unknown vehicle '{name}', known are {', '.join(vehicles)}"
-                )
+            check_known("sensing.pairs names", name, vehicles)
         if one == other:
             raise ValueError(f"sensing.pairs pairs '{one}' with itself, two vehicles are needed")
     return sensing_graph.edges_of((vehicles.index(i), vehicles.index(j)) for i, j in pairs)

@@ -13,10 +13,15 @@ from relform_core.arrays import Array
 
 def line(n_vehicles: int, spacing: float) -> Array:
     """Side by side, followers in turns to the right and to the left of the leader."""
-    number = np.arange(n_vehicles)
-    side = np.where(number % 2 == 1, -1.0, 1.0)
-    y = side * spacing * ((number + 1) // 2)
+    y = spacing * _in_turns(n_vehicles)
     return np.stack([np.zeros(n_vehicles), y, np.zeros(n_vehicles)], axis=1)
+
+
+def _in_turns(n_vehicles: int) -> Array:
+    """0, -1, 1, -2, 2 and so on: the leader in the middle, and followers in turns to its right and left."""
+    number = np.arange(n_vehicles)
+    turns: Array = np.where(number % 2 == 1, -1.0, 1.0) * ((number + 1) // 2)
+    return turns
 
 
 def column(n_vehicles: int, spacing: float) -> Array:
@@ -30,10 +35,8 @@ def v(n_vehicles: int, spacing: float, opening: float) -> Array:
     Args:
         opening: angle between the arms [rad], at least 60 degrees.
     """
-    number = np.arange(n_vehicles)
-    side = np.where(number % 2 == 1, -1.0, 1.0)
-    along = spacing * ((number + 1) // 2)
-    x, y = -along * math.cos(0.5 * opening), side * along * math.sin(0.5 * opening)
+    along = spacing * _in_turns(n_vehicles)
+    x, y = -np.abs(along) * math.cos(0.5 * opening), along * math.sin(0.5 * opening)
     return np.stack([x, y, np.zeros(n_vehicles)], axis=1)
 
 

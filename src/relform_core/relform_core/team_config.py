@@ -1,5 +1,6 @@
 """Schema of ``team``: the vehicles of a scenario."""
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -17,6 +18,20 @@ def _numbered(written: Any) -> Any:
     if not 1 <= written <= FOLLOWERS_MAX:
         raise ValueError(f"a number of followers must be 1 to {FOLLOWERS_MAX} (got {written})")
     return tuple(f"follower_{number}" for number in range(1, written + 1))
+
+
+def check_known(what: str, name: str, vehicles: Sequence[str]) -> None:
+    """Check that a vehicle is in the team.
+
+    Args:
+        what: what refers to it, as the message begins: "event 'wind' targets".
+        name: of the vehicle.
+        vehicles: names of all vehicles.
+    Raises:
+        ValueError: it is not.
+    """
+    if name not in vehicles:
+        raise ValueError(f"{what} the unknown vehicle '{name}', known are {', '.join(vehicles)}")
 
 
 class TeamConfig(Schema):
