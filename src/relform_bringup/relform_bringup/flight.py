@@ -197,7 +197,7 @@ class Flight:
             self._follow(monitor, self._steps)
             self._await_ends()
         else:
-            with monitoring(self._scenario, self._observers, monitor.take, self._watch) as run:
+            with monitoring(self._scenario, self._observers, topics, monitor.take, self._watch) as run:
                 run()
                 self._await_ends()
 

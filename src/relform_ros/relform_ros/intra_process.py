@@ -12,8 +12,7 @@ class IntraProcess:
 
     A topic is exchanged here if all its writers are in this process. Its readers in this process then have no
     subscription. They get the message itself or its content, which they must not change, or its serialized
-    form.
-    A reader gets the messages that are published after it has subscribed, on latched topics, too.
+    form. A reader gets the messages that are published after it has subscribed, on latched topics, too.
     """
 
     def __init__(self, nodes: Iterable[str]) -> None:

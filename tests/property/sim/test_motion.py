@@ -1,5 +1,6 @@
 """The motion in C is that of the reference, bit for bit."""
 
+import dataclasses
 import math
 import struct
 
@@ -12,18 +13,11 @@ import relform_sim.plant
 from relform_sim import motion_kernel
 from relform_sim.motion import Inputs, Motion, ReferenceMotion
 from relform_sim.motion_kernel import CompiledMotion, make_motion
-from relform_sim.rigid_body import Body
+from support.bodies import BODY
 from support.flights import AGILE, all_speeds, record
 from support.scenarios import paper_scenario
 
-BODY = Body(
-    mass=0.72,
-    inertia=(0.006, 0.008, 0.013),
-    arm_length=0.18,
-    thrust_coefficient=8.5e-6,
-    torque_coefficient=1.4e-7,
-    drag_coefficient=(0.3, 0.2, 0.1),
-)
+DRAGGED = dataclasses.replace(BODY, drag_coefficient=(0.3, 0.2, 0.1))
 
 
 def numbers(count: int, size: float) -> st.SearchStrategy[tuple[float, ...]]:
@@ -66,7 +60,7 @@ def test_equal_to_the_last_bit(
     state = (*moving, *(each / length for each in q_NB), *w_NB_B)
     inputs = Inputs(before, commanded, wind_N, thrust_scale)
     compiled, reference = (
-        kind(BODY, step, lag).after(n_steps, state, inputs) for kind in (CompiledMotion, ReferenceMotion)
+        kind(DRAGGED, step, lag).after(n_steps, state, inputs) for kind in (CompiledMotion, ReferenceMotion)
     )
     assert bits(compiled) == bits(reference)
 
@@ -76,7 +70,7 @@ def test_a_motion_that_diverges_is_the_same_until_it_is_no_number(lag: float) ->
     state = (1.0, 2.0, 3.0, 1e150, -1e120, 0.0, 0.1, 0.2, 0.3, math.sqrt(0.86), 1e140, -1e100, 2.0)
     inputs = Inputs((500.0,) * 4, (430.0, 440.0, 450.0, 460.0), (0.3, -0.2, 0.1), 0.9)
     found = [state, state]
-    motions: list[Motion] = [CompiledMotion(BODY, 0.005, lag), ReferenceMotion(BODY, 0.005, lag)]
+    motions: list[Motion] = [CompiledMotion(DRAGGED, 0.005, lag), ReferenceMotion(BODY, 0.005, lag)]
     for _ in range(5):
         found = [motion.after(1, each, inputs) for motion, each in zip(motions, found, strict=True)]
         np.testing.assert_array_equal(*found)
@@ -88,7 +82,7 @@ def test_without_a_compiler_there_is_a_warning_and_the_reference(monkeypatch: py
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(motion_kernel, "_library", motion_kernel._library.__wrapped__)  # nothing loaded yet
     with pytest.warns(RuntimeWarning, match="no C compiler found"):
-        assert isinstance(make_motion(BODY, 0.005, 0.0), ReferenceMotion)
+        assert isinstance(make_motion(DRAGGED, 0.005, 0.0), ReferenceMotion)
 
 
 def test_a_flight_is_the_same_with_and_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,15 +11,8 @@ from scipy.spatial.transform import Rotation
 from relform_core.units import GRAVITY
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import Body
+from support.bodies import BODY
 
-BODY = Body(
-    mass=0.72,
-    inertia=(0.006, 0.008, 0.013),
-    arm_length=0.18,
-    thrust_coefficient=8.5e-6,
-    torque_coefficient=1.4e-7,
-    drag_coefficient=(0.0, 0.0, 0.0),
-)
 TILTED = tuple(Rotation.from_euler("ZYX", [1.0, 0.4, -0.3]).as_quat().tolist())
 NO_SPEED = (0.0, 0.0, 0.0, 0.0)
 UNEVEN = (440.0, 465.0, 455.0, 430.0)

@@ -251,8 +251,14 @@ def settling_time(times: Array, errors: Array, steady: Mask) -> float:
 
 def separation_min(p_NB_N: Array) -> float:
     """Smallest distance between two vehicles at any instant [m]; ``p_NB_N`` has the shape (T, n, 3)."""
+    return _over(separations(p_NB_N), np.min)
+
+
+def separations(p_NB_N: Array) -> Array:
+    """Smallest distance between two vehicles at each instant [m], shape (T,)."""
     first, second = np.triu_indices(p_NB_N.shape[1], k=1)
-    return _over(np.linalg.norm(p_NB_N[:, first] - p_NB_N[:, second], axis=-1), np.min)
+    smallest: Array = np.linalg.norm(p_NB_N[:, first] - p_NB_N[:, second], axis=-1).min(axis=1)
+    return smallest
 
 
 def _rotor_metrics(log: FlightLog) -> RotorMetrics:

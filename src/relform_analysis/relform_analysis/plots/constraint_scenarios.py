@@ -2,23 +2,23 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.metrics import separations
 from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.flight.view_margins import into_body
-from relform_analysis.plots.style import BLUE, COMMON, GUIDE, SHADOW, TEXT, VERMILION
+from relform_analysis.plots.picture_command import draw_into_file
+from relform_analysis.plots.style import BLUE, GUIDE, SHADOW, TEXT, VERMILION
 from relform_core.arrays import Array
 from relform_core.constraints_config import BoxObstacle, Obstacle, SphereObstacle
 from relform_core.load import load_scenario
 from relform_core.obstacles import clearance
-from relform_core.script import CommandParser, command
+from relform_core.script import command
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 SEED = 1
@@ -26,9 +26,7 @@ SEED = 1
 
 def separation(log: FlightLog) -> Array:
     """Smallest distance of two vehicles at every instant [m]."""
-    first, second = np.triu_indices(len(log.vehicles), k=1)
-    apart: Array = np.linalg.norm(log.p_NB_N[:, first] - log.p_NB_N[:, second], axis=-1).min(axis=1)
-    return apart
+    return separations(log.p_NB_N)
 
 
 def off_axis(log: FlightLog) -> Array:
@@ -77,15 +75,8 @@ SHOWN = (
 @command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly and draw; returns the exit code."""
-    parser = CommandParser(prog="constraints", description="Draw flights with and without soft constraints.")
-    parser.add_argument(
-        "--out", type=Path, default=Path("constraints.png"), help="the picture (default constraints.png)"
-    )
-    options = parser.parse_args(arguments)
-    with matplotlib.rc_context(COMMON | {"font.size": 8.0}):
-        picture(SHOWN).savefig(options.out, dpi=130)
-    print(options.out)
-    return 0
+    description = "Draw flights with and without soft constraints."
+    return draw_into_file("constraints", description, lambda: picture(SHOWN), arguments)
 
 
 def picture(shown: Sequence[Shown]) -> Figure:

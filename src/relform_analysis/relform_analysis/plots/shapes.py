@@ -1,17 +1,16 @@
 """The picture of docs/scenarios.md: every shape of a formation, and every sensing graph."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from relform_analysis.plots.style import BLUE, COMMON, GUIDE, SHADOW, TEXT, VERMILION
+from relform_analysis.plots.picture_command import draw_into_file
+from relform_analysis.plots.style import BLUE, GUIDE, SHADOW, TEXT, VERMILION
 from relform_core import sensing_graph, shapes
 from relform_core.arrays import Array
-from relform_core.script import CommandParser, command
+from relform_core.script import command
 from relform_core.sensing_graph import Edges
 
 N_VEHICLES = 9
@@ -24,15 +23,8 @@ _COLUMNS = 6
 @command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw the picture; returns the exit code."""
-    parser = CommandParser(prog="shapes", description="Draw the shapes of formations and sensing graphs.")
-    parser.add_argument(
-        "--out", type=Path, default=Path("shapes.png"), help="file of the picture (default shapes.png)"
-    )
-    options = parser.parse_args(arguments)
-    with matplotlib.rc_context(COMMON | {"font.size": 8.0}):
-        picture(N_VEHICLES).savefig(options.out, dpi=130)
-    print(options.out)
-    return 0
+    description = "Draw the shapes of formations and sensing graphs."
+    return draw_into_file("shapes", description, lambda: picture(N_VEHICLES), arguments)
 
 
 def picture(n_vehicles: int) -> Figure:

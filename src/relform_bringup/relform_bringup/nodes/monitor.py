@@ -175,12 +175,14 @@ def logged_topics(scenario: LoadedScenario, observers: Sequence[str]) -> list[To
 def monitoring(
     scenario: LoadedScenario,
     observers: Sequence[str],
+    topics: Iterable[Topic],
     take: Callable[[StepMessages], None],
     watch: Callable[[], None],
 ) -> Iterator[Callable[[], None]]:
     """The node in this process, while the block runs; gives what runs it to the end of the flight.
 
     Args:
+        topics: see ``logged_topics``.
         take: called with each step.
         watch: called repeatedly while the node waits.
     """
@@ -189,7 +191,7 @@ def monitoring(
         node = create_monitor()
         spinner = Spinner(node, watch=watch)
         pacing = LockstepPacing(node, spinner, scenario, Roster.of(scenario.config, observers))
-        logic = MonitorNode(pacing, logged_topics(scenario, observers), take)
+        logic = MonitorNode(pacing, topics, take)
         yield lambda: spinner.run([logic.run()])
     finally:
         try_shutdown()
