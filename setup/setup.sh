@@ -140,10 +140,12 @@ HEAD
 
 build_packages() {
     local package executable jobs
+    local -A fingerprints # before the build: what changes meanwhile is built the next time
     jobs=$(nproc)
     export VIRTUAL_ENV=$ROOT/.venv AMENT_PREFIX_PATH=$ROOT/.venv CMAKE_PREFIX_PATH=$ROOT/.venv
     export PATH=$ROOT/.venv/bin:$PATH MAKEFLAGS=-j$jobs
     for package in "$@"; do
+        fingerprints[$package]=$(package_fingerprint "$package")
         rm -f "install/$package/.stamp"
         rm -rf "build/$package" "install/$package"
     done
@@ -157,7 +159,7 @@ build_packages() {
         for executable in "install/$package/lib/$package"/*; do
             [[ ! -f $executable ]] || write_interpreter_line "$executable"
         done
-        package_fingerprint "$package" >"install/$package/.stamp"
+        printf '%s\n' "${fingerprints[$package]}" >"install/$package/.stamp"
     done
 }
 

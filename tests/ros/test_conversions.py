@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from rclpy.serialization import serialize_message
 
+from relform_core.flight_modes import Request
 from relform_core.measurements import Odometry, RotorCommand
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS, AppliedRotorSpeeds
 from relform_core.sensors.barometer import AirPressure
@@ -117,6 +118,7 @@ ROTOR_COMMAND = st.builds(
     period_ns=st.integers(1, 10**10),
     speeds=array(4, elements=SPEED),
     predicted_speeds=st.integers(0, 5).flatmap(lambda n: array(n, 4, elements=SPEED)),
+    request=st.sampled_from(Request),
 )
 
 
@@ -209,7 +211,7 @@ def test_applied_rotor_speeds_roundtrip(applied: AppliedRotorSpeeds) -> None:
 def command_message() -> Any:
     speeds = np.arange(500.0, 504.0)
     return commands.rotor_command_to_msg(
-        RotorCommand(STAMP_NS, 50_000_000, speeds, np.tile(speeds, (14, 1))), NAME
+        RotorCommand(STAMP_NS, 50_000_000, speeds, np.tile(speeds, (14, 1)), Request.HOVER), NAME
     )
 
 
@@ -323,6 +325,7 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("command", "predicted_speeds[0]", -2.0, Reason.INVALID, "predicted_speeds must not be negative"),
         ("command", "period.nanosec", 0, Reason.INVALID, "period must be positive (got 0 ns)"),
         ("command", "period.sec", -1, Reason.INVALID, "period must be positive"),
+        ("command", "request", 7, Reason.INVALID, "request must be 0 to 6 (got 7)"),
         ("applied", "header.frame_id", "leader/base_link", Reason.FOREIGN, "frame_id"),
         ("applied", "command_stamp", -2, Reason.INVALID, "command_stamp must be at least -1 (got -2 ns)"),
         ("applied", "speeds[79]", -1.0, Reason.INVALID, "speeds must not be negative (got -1 rad/s)"),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from relform_core.arrays import Array
+from relform_core.flight_modes import Request
 from relform_core.sensors.sensor import M, Measurement, Source
 
 UNMEASURED_VARIANCE = 1e9
@@ -85,6 +86,7 @@ class RotorCommand:
     """[rad/s], shape (4,)."""
     predicted_speeds: Array
     """The intervals that follow [rad/s], shape (intervals, 4)."""
+    request: Request = Request.FLY
 
 
 def _stamp_ns(measurement: Measurement) -> int:

@@ -14,6 +14,7 @@ from relform_core.constraints_config import Obstacle
 from relform_core.controller_config import ControllerConfig, TeamEstimatorConfig
 from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump, Occlusion
 from relform_core.formations_config import FormationConfig
+from relform_core.ground_config import GroundConfig
 from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig
 from relform_core.schema import Label, Name, NonNegative, NonNegativeVector3, Positive, Schema, Vector3
@@ -75,6 +76,8 @@ class ScenarioConfig(Schema):
     sensing: SensingConfig = CompleteSensing(kind="complete")
     """Which vehicles see each other, if they are in range and in view."""
     start: StartConfig
+    ground: GroundConfig | None = None
+    """Take-off and landing; null: the vehicles start airborne."""
     phases: Annotated[tuple[PhaseConfig, ...], Field(min_length=1)]
     events: tuple[Event, ...]
     links: LinksConfig = LinksConfig()

@@ -10,6 +10,7 @@ import numpy as np
 from builtin_interfaces.msg import Duration as DurationMsg
 
 from relform_core.arrays import Array
+from relform_core.flight_modes import Request
 from relform_core.measurements import RotorCommand
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_msgs.msg import RotorSpeeds as RotorSpeedsMsg
@@ -24,6 +25,7 @@ def rotor_command_to_msg(command: RotorCommand, vehicle: str) -> RotorSpeedsMsg:
         speeds=flat(command.speeds),
         period=duration_to_msg(command.period_ns),
         predicted_speeds=array.array("d", flat(command.predicted_speeds).tobytes()),
+        request=command.request,
     )
 
 
@@ -31,13 +33,15 @@ def rotor_command_from_msg(msg: RotorSpeedsMsg, vehicle: str) -> RotorCommand:
     """Rotor speeds for a vehicle, and the plan to fall back on.
 
     Raises:
-        RejectionError: see the module; also a plan that is no whole number of intervals, or a period of zero.
+        RejectionError: see the module; also a plan that is no whole number of intervals, a period of zero, or
+            an unknown request.
     """
     return RotorCommand(
         stamp_ns=header_from_msg(msg.header, body_frame(vehicle)),
         period_ns=period_from_msg(msg.period),
         speeds=_speeds(np.array(msg.speeds), "speeds"),
         predicted_speeds=speeds_from_msg(msg.predicted_speeds, "predicted_speeds"),
+        request=_request(msg.request),
     )
 
 
@@ -63,6 +67,15 @@ def speeds_from_msg(flattened: Sequence[float], what: str) -> Array:
     if speeds.size % 4:
         raise RejectionError(Reason.INVALID, f"{what} must hold 4 per interval (got {speeds.size})")
     return _speeds(speeds, what).reshape(-1, 4)
+
+
+def _request(number: int) -> Request:
+    try:
+        return Request(number)
+    except ValueError:
+        raise RejectionError(
+            Reason.INVALID, f"request must be {min(Request)} to {max(Request)} (got {number})"
+        ) from None
 
 
 def _speeds(speeds: Array, what: str) -> Array:
