@@ -58,13 +58,23 @@ environment_fingerprint() {
 # Python sources and configuration files are linked, not copied: a Python package is built again when its description
 # changes, or when a configuration file is added or removed.
 package_fingerprint() {
-    if [[ -e src/$1/setup.py ]]; then
-        cat .venv/.stamp
-        [[ ! -e src/$1/config ]] || find -L "src/$1/config" -type f | sort
-        fingerprint "src/$1"/{package.xml,setup.py,setup.cfg,resource}
+    local source
+    source=$(source_folder "$1")
+    cat .venv/.stamp
+    if [[ -e $source/setup.py ]]; then
+        [[ ! -e $source/config ]] || find -L "$source/config" -type f | sort
+        fingerprint "$source"/{package.xml,setup.py,setup.cfg,resource}
     else
-        cat .venv/.stamp
-        fingerprint "src/$1"
+        fingerprint "$source"
+    fi
+}
+
+# Packages of ROS that no wheel has are in setup/, where a plain colcon build does not look (setup/COLCON_IGNORE).
+source_folder() {
+    if [[ -e src/$1 ]]; then
+        echo "src/$1"
+    elif [[ -e setup/$1 && ! -e .venv/share/ament_index/resource_index/packages/$1 ]]; then
+        echo "setup/$1"
     fi
 }
 
@@ -149,7 +159,7 @@ build_packages() {
         rm -f "install/$package/.stamp"
         rm -rf "build/$package" "install/$package"
     done
-    .venv/bin/python -m colcon build --base-paths src --packages-select "$@" --symlink-install \
+    .venv/bin/python -m colcon build --base-paths src setup/tf2_msgs --packages-select "$@" --symlink-install \
         --cmake-args "-DCMAKE_PROJECT_INCLUDE=$ROOT/setup/ros_wheels_fix.cmake"
     # The scripts that users source: colcon does not quote two paths. The scripts also ask Python which variables lack our
     # folders. It must start without relform_workspace.py (-S), which adds them.
@@ -179,12 +189,14 @@ if [[ $(environment_fingerprint) != "$(cat .venv/.stamp 2>/dev/null)" ]]; then
     environment_fingerprint >.venv/.stamp
 fi
 
-for installed in install/relform_*; do
-    [[ -e src/${installed#install/} ]] || rm -rf "$installed" "build/${installed#install/}"
+for installed in install/{relform_*,tf2_msgs}; do
+    package=$(basename "$installed")
+    [[ -n $(source_folder "$package") ]] || rm -rf "install/$package" "build/$package"
 done
 stale=()
-for manifest in src/*/package.xml; do
+for manifest in {src,setup}/*/package.xml; do
     package=$(basename "$(dirname "$manifest")")
+    [[ -n $(source_folder "$package") ]] || continue
     [[ $(package_fingerprint "$package") == "$(cat "install/$package/.stamp" 2>/dev/null)" ]] || stale+=("$package")
 done
 ((${#stale[@]} == 0)) || stage "building ${stale[*]}" build_packages "${stale[@]}"
