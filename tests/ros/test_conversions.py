@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from rclpy.serialization import serialize_message
 
-from relform_core.flight_modes import Request
+from relform_core.flight_modes import Request, VehicleMode
 from relform_core.measurements import Odometry, RotorCommand
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS, AppliedRotorSpeeds
 from relform_core.sensors.barometer import AirPressure
+from relform_core.sensors.flight_status import FLIGHT_STATUS, FlightStatus
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
@@ -28,6 +29,7 @@ from relform_ros import odometry as odometry_wire
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.sensors import applied_rotor_speeds as applied_wire
 from relform_ros.sensors import barometer as barometer_wire
+from relform_ros.sensors import flight_status as status_wire
 from relform_ros.sensors import imu as imu_wire
 from relform_ros.sensors import optic_flow as flow_wire
 from relform_ros.sensors import range_bearing as bearings_wire
@@ -208,6 +210,12 @@ def test_applied_rotor_speeds_roundtrip(applied: AppliedRotorSpeeds) -> None:
     assert bits(applied_wire.from_msg(message, NAME, TEAM)) == bits(applied)
 
 
+@pytest.mark.parametrize("mode", VehicleMode)
+def test_flight_status_roundtrip(mode: VehicleMode) -> None:
+    status = FlightStatus(STAMP_NS, mode, f"it is {mode.name}")
+    assert status_wire.from_msg(over_the_wire(status_wire.to_msg(status, NAME)), NAME, TEAM) == status
+
+
 def command_message() -> Any:
     speeds = np.arange(500.0, 504.0)
     return commands.rotor_command_to_msg(
@@ -224,6 +232,10 @@ def applied_message() -> Any:
     return applied_wire.to_msg(AppliedRotorSpeeds(STAMP_NS, 50_000_000, speeds, STAMP_NS), NAME)
 
 
+def status_message() -> Any:
+    return status_wire.to_msg(FlightStatus(STAMP_NS, VehicleMode.LANDING, "asked to"), NAME)
+
+
 KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "imu": (imu_message, lambda message: imu_wire.from_msg(message, NAME, TEAM)),
     "flow": (flow_message, lambda message: flow_wire.from_msg(message, NAME, TEAM)),
@@ -231,6 +243,7 @@ KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "bearings": (bearings_message, lambda message: bearings_wire.from_msg(message, NAME, TEAM)),
     "pressure": (pressure_message, lambda message: barometer_wire.from_msg(message, NAME, TEAM)),
     "applied": (applied_message, lambda message: applied_wire.from_msg(message, NAME, TEAM)),
+    "status": (status_message, lambda message: status_wire.from_msg(message, NAME, TEAM)),
     "odometry": (odometry_message, lambda message: odometry_wire.odometry_from_msg(message, NAME)),
     "command": (command_message, lambda message: commands.rotor_command_from_msg(message, NAME)),
 }
@@ -331,6 +344,8 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("applied", "speeds[79]", -1.0, Reason.INVALID, "speeds must not be negative (got -1 rad/s)"),
         ("applied", "speeds[0]", NAN, Reason.INVALID, "speeds must be finite"),
         ("applied", "period.nanosec", 0, Reason.INVALID, "period must be positive (got 0 ns)"),
+        ("status", "header.frame_id", "leader/base_link", Reason.FOREIGN, "frame_id"),
+        ("status", "mode", 8, Reason.INVALID, "mode must be 0 to 7 (got 8)"),
     ],
 )
 def test_rejected(kind: str, path: str, value: Any, reason: Reason, says: str) -> None:
@@ -371,7 +386,9 @@ def test_the_rates_of_an_optic_flow_are_marked_as_not_measured() -> None:
     assert np.all(covariance[:3, 3:] == 0.0)
 
 
-@pytest.mark.parametrize("source", [*SENSORS, APPLIED_ROTOR_SPEEDS], ids=lambda source: source.name)
+@pytest.mark.parametrize(
+    "source", [*SENSORS, APPLIED_ROTOR_SPEEDS, FLIGHT_STATUS], ids=lambda source: source.name
+)
 def test_all_that_vehicles_send_has_a_message_and_conversions(source: Source[Any]) -> None:
     conversion = wire(source)
     assert serialize_message(conversion.MESSAGE())

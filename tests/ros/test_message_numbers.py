@@ -1,17 +1,24 @@
-"""The numbers of the enums in relform_core.names are those of the message definitions."""
+"""The numbers of the enums in relform_core are those of the message definitions."""
 
 from enum import IntEnum
 from typing import Any
 
 import pytest
 
+from relform_core.flight_modes import Request, VehicleMode
 from relform_core.names import EstimatorMode, EventKind, SolverState
-from relform_msgs.msg import FormationEvent, FormationState, SolverStatus
+from relform_msgs.msg import FlightStatus, FormationEvent, FormationState, RotorSpeeds, SolverStatus
 
 
 @pytest.mark.parametrize(
     ("enum", "message"),
-    [(EventKind, FormationEvent), (SolverState, SolverStatus), (EstimatorMode, FormationState)],
+    [
+        (EventKind, FormationEvent),
+        (SolverState, SolverStatus),
+        (EstimatorMode, FormationState),
+        (Request, RotorSpeeds),
+        (VehicleMode, FlightStatus),
+    ],
 )
 def test_enum_has_the_constants_of_its_message(enum: type[IntEnum], message: Any) -> None:
     metaclass = type(message)

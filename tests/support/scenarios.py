@@ -28,6 +28,11 @@ WITH_BAROMETER = (
 )
 """Override: every vehicle carries the optional barometer."""
 
+FROM_GROUND = (
+    "ground={climb_speed_m_s: 0.8, descent_speed_m_s: 0.5, take_off_interval_s: 1.0, landing: together}"
+)
+"""Override: the team starts and ends on the ground."""
+
 
 def paper_scenario(*overrides: str, seed: int = 0) -> LoadedScenario:
     """The paper's scenario with overrides."""

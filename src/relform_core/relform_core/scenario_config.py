@@ -20,6 +20,7 @@ from relform_core.phases_config import PhaseConfig
 from relform_core.schema import Label, Name, NonNegative, NonNegativeVector3, Positive, Schema, Vector3
 from relform_core.sensing_config import CompleteSensing, SensingConfig, sensing_edges
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
+from relform_core.sensors.flight_status import FLIGHT_STATUS
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor, Source
@@ -150,14 +151,17 @@ class ScenarioConfig(Schema):
     @property
     def acknowledges_commands(self) -> bool:
         """Whether the vehicles report what they have flown: only where it can differ from the commands."""
-        return not self.links.are_perfect or any(
-            isinstance(event, CommandLoss | LinkFault) for event in self.events
+        return (
+            self.ground is not None
+            or not self.links.are_perfect
+            or any(isinstance(event, CommandLoss | LinkFault) for event in self.events)
         )
 
     def sources_of(self, vehicle: str) -> tuple[Source[Any], ...]:
         """What a vehicle of the team sends to the controller, in the order in which it sends."""
         acknowledgement = (APPLIED_ROTOR_SPEEDS,) if self.acknowledges_commands else ()
-        return (*self.sensors_of(vehicle), *acknowledgement)
+        status = () if self.ground is None else (FLIGHT_STATUS,)
+        return (*self.sensors_of(vehicle), *acknowledgement, *status)
 
     @property
     def true_vehicle(self) -> VehicleConfig:

@@ -14,7 +14,15 @@ from relform_core.flight_modes import Request
 from relform_core.measurements import RotorCommand
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_msgs.msg import RotorSpeeds as RotorSpeedsMsg
-from relform_ros.fields import body_frame, duration_to_msg, finite, flat, header_from_msg, header_to_msg
+from relform_ros.fields import (
+    body_frame,
+    duration_to_msg,
+    finite,
+    flat,
+    header_from_msg,
+    header_to_msg,
+    number_from_msg,
+)
 from relform_ros.rejection import Reason, RejectionError
 
 
@@ -41,7 +49,7 @@ def rotor_command_from_msg(msg: RotorSpeedsMsg, vehicle: str) -> RotorCommand:
         period_ns=period_from_msg(msg.period),
         speeds=_speeds(np.array(msg.speeds), "speeds"),
         predicted_speeds=speeds_from_msg(msg.predicted_speeds, "predicted_speeds"),
-        request=_request(msg.request),
+        request=number_from_msg(Request, msg.request, "request"),
     )
 
 
@@ -67,15 +75,6 @@ def speeds_from_msg(flattened: Sequence[float], what: str) -> Array:
     if speeds.size % 4:
         raise RejectionError(Reason.INVALID, f"{what} must hold 4 per interval (got {speeds.size})")
     return _speeds(speeds, what).reshape(-1, 4)
-
-
-def _request(number: int) -> Request:
-    try:
-        return Request(number)
-    except ValueError:
-        raise RejectionError(
-            Reason.INVALID, f"request must be {min(Request)} to {max(Request)} (got {number})"
-        ) from None
 
 
 def _speeds(speeds: Array, what: str) -> Array:

@@ -5,7 +5,8 @@ Here as in all conversions, ``*_to_msg`` trusts its argument and ``*_from_msg`` 
 """
 
 import math
-from typing import Any
+from enum import IntEnum
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,8 @@ from std_msgs.msg import Header as HeaderMsg
 from relform_core.arrays import Array
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.rejection import Reason, RejectionError
+
+E = TypeVar("E", bound=IntEnum)
 
 WORLD_FRAME = "map"
 """Frame id of the world {n}."""
@@ -76,6 +79,20 @@ def check_frame(frame_id: str, expected: str, what: str) -> None:
     """
     if frame_id != expected:
         raise RejectionError(Reason.FOREIGN, f"{what} must be '{expected}' (got '{frame_id}')")
+
+
+def number_from_msg(kind: type[E], number: int, what: str) -> E:
+    """Member of an enum with consecutive numbers.
+
+    Raises:
+        RejectionError: it has no such member.
+    """
+    try:
+        return kind(number)
+    except ValueError:
+        raise RejectionError(
+            Reason.INVALID, f"{what} must be {min(kind)} to {max(kind)} (got {number})"
+        ) from None
 
 
 def check_lengths(msg: Any, names: str, values: str) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_core.arrays import Array
+from relform_core.flight_modes import VehicleMode
 from relform_core.measurements import RotorCommand
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
@@ -61,6 +62,10 @@ class Onboard:
         self._early: dict[int, RotorCommand] = {}
         """Those to come, by stamp [ns]."""
         self._is_disarmed = False
+        self.mode = VehicleMode.HOVERING
+        """What the vehicle does."""
+        self.reason = ""
+        """Why, for people."""
         self.flown_stamp_ns: int | None = None
         """Stamp of the command whose plan the last interval was flown by [ns]; None: by none."""
         self.counts = OnboardCounts()
@@ -100,15 +105,19 @@ class Onboard:
         self.flown_stamp_ns = None
         if self._is_disarmed:
             self.counts.disarmed += 1
+            self.mode = VehicleMode.STOPPED
             return np.zeros(4)
         if self._last is None:
             self.counts.hovered += 1
+            self.mode = VehicleMode.HOVERING
             speeds = self._failsafe.hover(imu, optic_flow)
         elif (planned := self._planned(stamp_ns, self._last)) is not None:
             self.flown_stamp_ns = self._last.stamp_ns
+            self.mode = VehicleMode.FLYING
             speeds = planned
         else:
             self.counts.failsafe += 1
+            self.mode = VehicleMode.FAILSAFE
             self._is_disarmed = sonar.range <= sonar.range_min  # from the next interval on
             speeds = self._failsafe.sink(imu, optic_flow)
         return np.clip(speeds, self._speed_min, self._speed_max)

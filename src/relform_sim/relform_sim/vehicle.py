@@ -22,6 +22,7 @@ from relform_core.sensors.applied_rotor_speeds import (
     APPLIED_ROTOR_SPEEDS,
     AppliedRotorSpeeds,
 )
+from relform_core.sensors.flight_status import FLIGHT_STATUS, FlightStatus
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.sensors.sonar import SONAR
@@ -124,6 +125,9 @@ class Vehicle:
                 stamp_ns, self._period_ns, np.array(self._applied), self._onboard.flown_stamp_ns
             )
             self._link.up.send(stamp_ns, (APPLIED_ROTOR_SPEEDS, report))
+        if self._config.ground is not None:
+            status = FlightStatus(stamp_ns, self._onboard.mode, self._onboard.reason)
+            self._link.up.send(stamp_ns, (FLIGHT_STATUS, status))
         return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
 
     def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:

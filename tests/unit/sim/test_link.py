@@ -16,7 +16,7 @@ from relform_sim.link import RadioChannel, radio_link
 from relform_sim.loss import Loss
 from relform_sim.packets import Bursts, Packets
 from relform_sim.vehicle import Vehicle
-from support.scenarios import paper_scenario
+from support.scenarios import FROM_GROUND, paper_scenario
 
 CONFIG = paper_scenario().config
 PERIOD_NS = CONFIG.period_ns
@@ -122,6 +122,9 @@ def test_only_a_link_that_can_fail_is_acknowledged() -> None:
     ):
         config = paper_scenario(override).config
         assert [each.name for each in config.sources_of("follower_1")] == [*sent, "applied_rotor_speeds"]
+    config = paper_scenario(FROM_GROUND).config
+    reports = ["applied_rotor_speeds", "flight_status"]
+    assert [each.name for each in config.sources_of("follower_1")] == [*sent, *reports]
 
 
 def packets(overrides: Sequence[str], generator: np.random.Generator) -> Packets:
