@@ -5,9 +5,16 @@ from typing import Any
 
 import pytest
 
-from relform_core.flight_modes import Request, VehicleMode
+from relform_core.flight_modes import Request, TeamMode, VehicleMode
 from relform_core.names import EstimatorMode, EventKind, SolverState
-from relform_msgs.msg import FlightStatus, FormationEvent, FormationState, RotorSpeeds, SolverStatus
+from relform_msgs.msg import (
+    FlightStatus,
+    FormationEvent,
+    FormationState,
+    RotorSpeeds,
+    SolverStatus,
+    TeamStatus,
+)
 
 
 @pytest.mark.parametrize(
@@ -18,6 +25,7 @@ from relform_msgs.msg import FlightStatus, FormationEvent, FormationState, Rotor
         (EstimatorMode, FormationState),
         (Request, RotorSpeeds),
         (VehicleMode, FlightStatus),
+        (TeamMode, TeamStatus),
     ],
 )
 def test_enum_has_the_constants_of_its_message(enum: type[IntEnum], message: Any) -> None:

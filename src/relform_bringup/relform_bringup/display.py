@@ -82,7 +82,7 @@ class FlightDisplay:
         error = flight.formation_error()
         facts = [f"formation error {error:.3f} m"] if error is not None else []
         if error is None and (missing := flight.waiting_for()):
-            facts.append(f"the start waits for {missing}")
+            facts.append(f"waits for {missing}")
         if flight.fallbacks:
             facts.append(f"{flight.fallbacks} {'fallback' if flight.fallbacks == 1 else 'fallbacks'}")
         if flight.wall_time > 0.0:

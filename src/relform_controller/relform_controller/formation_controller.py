@@ -29,6 +29,7 @@ from relform_core.telemetry import (
     LeaderEstimate,
     PairEstimate,
     SolverReport,
+    Standby,
     TeamReference,
     TeamState,
 )
@@ -70,6 +71,8 @@ class FormationController:
         self._lead_ns = config.command_lead_ns
         self._thrust_coefficient = config.vehicle.thrust_coefficient
         self._config = config.controller
+        self._forms_up = config.ground is not None
+        """Whether the mission starts from where the vehicles are, even if nothing has to be waited for."""
         self._mission = ScenarioMission(config) if mission is None else mission
         self._estimator = make_estimator(config) if estimator is None else estimator
         self._ocp = dataclasses.replace(
@@ -124,14 +127,14 @@ class FormationController:
         """
         self._mission.set_formation(formation)
 
-    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Waiting:
+    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Standby:
         """`feedback`, then `prepare_next` if there was a decision."""
         decision = self.feedback(measurements, sqp_steps)
         if isinstance(decision, Decision):
             self.prepare_next()
         return decision
 
-    def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Waiting:
+    def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Standby:
         """Decide on the rotor speeds of the next interval that commands reach in time.
 
         Args:
@@ -148,7 +151,7 @@ class FormationController:
         estimate = self._estimator.update(measurements, self._inputs.take_changes(now_ns), self._prediction)
         if isinstance(estimate, Waiting):
             self._check_wait(now_ns, estimate.reason)
-            return estimate
+            return Standby(estimate.reason)
         asked = self._asked(now_ns, estimate)
         reference = HorizonReference(asked.p_B1B2_C1[:, 1:], asked.leader.p_NB_N[1:], asked.leader.yaw_NB[1:])
         estimate = _unwrapped(estimate, float(asked.leader.yaw_NB[0]))
@@ -187,11 +190,12 @@ class FormationController:
 
     def _asked(self, now_ns: int, estimate: TeamEstimate) -> MissionReference:
         """What to track over the horizon; before the mission starts, the team stays where it is."""
-        if self._mission_start_ns is None and estimate.unsettled:
-            self._check_wait(now_ns, estimate.unsettled)
-            self._mission.hold(StartPoses.seen_by_leader(estimate.geometry))
-            return self._mission.reference(np.zeros_like(self._asked_ns))
         if self._mission_start_ns is None:
+            if estimate.unsettled or self._forms_up:
+                self._mission.hold(StartPoses.seen_by_leader(estimate.geometry))
+            if estimate.unsettled:
+                self._check_wait(now_ns, estimate.unsettled)
+                return self._mission.reference(np.zeros_like(self._asked_ns))
             self._mission_start_ns = now_ns
         mission_ns = now_ns - self._mission_start_ns
         self._mission.advance(mission_ns)

@@ -1,5 +1,6 @@
 """Schema of ``config/controller/*.yaml``: the optimal control problem and how it is solved."""
 
+import math
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
@@ -92,6 +93,17 @@ class FormationChangeConfig(Schema):
     acceleration_max: Annotated[Positive, Field(alias="acceleration_max_m_s2")]
 
 
+class LeaderMotionConfig(Schema):
+    """Bounds on what the leader may be asked to fly outside the phases of a scenario."""
+
+    speed_max: Annotated[Positive, Field(alias="speed_max_m_s")] = 2.0
+    acceleration_max: Annotated[Positive, Field(alias="acceleration_max_m_s2")] = 2.0
+    turn_rate_max: Annotated[float, Field(alias="turn_rate_max_deg_s", gt=0.0, le=360.0), DEGREES] = (
+        math.pi / 2.0
+    )
+    """Of the yaw."""
+
+
 class ControllerConfig(Schema):
     """The formation controller."""
 
@@ -111,6 +123,7 @@ class ControllerConfig(Schema):
     formation_ramp: Annotated[NonNegative | None, Field(alias="formation_ramp_s")] = None
     """Only in recordings of older versions, in place of ``formation_change``: every change of formation takes
     this time [s], 0 is a step, and no change is refused for its path."""
+    leader_motion: LeaderMotionConfig = LeaderMotionConfig()
     constraints: ConstraintsConfig = ConstraintsConfig()
     """Soft constraints of the optimal control problem."""
     estimator: EstimatorConfig = RawEstimatorConfig(kind="raw")

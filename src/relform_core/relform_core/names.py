@@ -7,10 +7,11 @@ FORMATION = "formation"
 CONTROLLER = "controller"
 """Node in the namespace of each controller."""
 EVENTS_OF_CONTROLLER = "events"
-"""Topic in the namespace of each controller, as the next three."""
+"""Topic in the namespace of each controller, as the next four."""
 STATE_OF_CONTROLLER = "state"
 SOLVER_OF_CONTROLLER = "solver"
 REFERENCE_OF_CONTROLLER = "reference"
+STATUS_OF_CONTROLLER = "status"
 
 CLOCK = "/clock"
 EVENTS = f"/{FORMATION}/{EVENTS_OF_CONTROLLER}"
@@ -46,6 +47,7 @@ class EventKind(IntEnum):
     SET_FORMATION = 1
     FAULT = 2
     SET_PARAMETERS = 3
+    REQUEST = 4
 
 
 class EstimatorMode(IntEnum):

@@ -38,6 +38,11 @@ class Controller:
         return f"/{self.name}/{names.REFERENCE_OF_CONTROLLER}"
 
     @property
+    def status(self) -> str:
+        """Topic of what the team does between the ground and the air."""
+        return f"/{self.name}/{names.STATUS_OF_CONTROLLER}"
+
+    @property
     def events(self) -> str:
         """Topic of its events and those of its vehicles."""
         return f"/{self.name}/{names.EVENTS_OF_CONTROLLER}"

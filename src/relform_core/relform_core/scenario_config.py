@@ -117,13 +117,14 @@ class ScenarioConfig(Schema):
 
     @property
     def duration(self) -> float:
-        """Length of the flight [s]."""
+        """Length of all phases [s], and of the flight if it starts airborne."""
         return self.phase_start_times[-1] + self.phases[-1].duration
 
     @property
     def n_steps(self) -> int:
         """Number of control steps; the last one is computed one period before the end."""
-        return round(self.duration / self.controller.period)
+        duration = self.duration if self.ground is None else self.ground.time
+        return round(duration / self.controller.period)
 
     @property
     def period_ns(self) -> int:

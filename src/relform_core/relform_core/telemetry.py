@@ -6,10 +6,11 @@ Times are integer nanoseconds of simulation time, everything else is SI and radi
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from relform_core.arrays import Array
+from relform_core.flight_modes import TeamMode, TeamRequest, VehicleMode
 from relform_core.live_values import Value
 from relform_core.measurements import RotorCommand
 from relform_core.names import EstimatorMode, SolverState
@@ -148,6 +149,29 @@ class Decision:
     """What the start of the mission still waits for while the team holds its place; empty: it has started."""
 
 
+@dataclass(frozen=True, eq=False)
+class Standby:
+    """A control step without a decision: the vehicles are on the ground, or fly on their own sensors."""
+
+    reason: str
+    """What the team waits for, for people."""
+    commands: Mapping[str, RotorCommand] = field(default_factory=dict)
+    """Requests to the vehicles by name, in team order; empty: none."""
+
+
+@dataclass(frozen=True)
+class TeamStatus:
+    """What a team does between the ground and the air (relform_msgs/TeamStatus)."""
+
+    mode: TeamMode
+    reason: str
+    """Why the mode is what it is, unless somebody asked for it."""
+    refused: str
+    """Why the newest request was refused; empty: it was not."""
+    vehicle_modes: Mapping[str, VehicleMode]
+    """By vehicle that was heard, in team order."""
+
+
 @dataclass(frozen=True)
 class StepDecided:
     """A control step was computed."""
@@ -166,6 +190,16 @@ class FormationSet:
 
     formation: Mapping[str, Vector3]
     """Position of each follower relative to the leader, in the leader's {mc} [m]."""
+
+
+@dataclass(frozen=True)
+class RequestMade:
+    """The team was asked for something, which applies from the step of the event on."""
+
+    request: TeamRequest
+    values: tuple[float, ...] = ()
+    """GO_TO: x, y, z [m] and yaw [rad] of the leader in the world; a yaw that is NaN stays as it is.
+    FOLLOW_TRAJECTORY: rows of the time from then [s], x, y, z and yaw. Else empty."""
 
 
 @dataclass(frozen=True)
@@ -189,4 +223,4 @@ class Event:
 
     source: str
     """Vehicle or node that caused the event."""
-    content: StepDecided | FormationSet | ParametersSet | FaultReported
+    content: StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade

@@ -7,10 +7,19 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from relform_core.flight_modes import TeamRequest
 from relform_core.names import EventKind
 from relform_core.schema import Vector3
 from relform_core.team_config import TeamConfig
-from relform_core.telemetry import Event, FaultReported, FormationSet, ParametersSet, PerStep, StepDecided
+from relform_core.telemetry import (
+    Event,
+    FaultReported,
+    FormationSet,
+    ParametersSet,
+    PerStep,
+    RequestMade,
+    StepDecided,
+)
 from relform_msgs.msg import FormationEvent as FormationEventMsg
 from relform_msgs.msg import RelativePosition as RelativePositionMsg
 from relform_ros.fields import (
@@ -44,6 +53,10 @@ def event_to_msg(event: PerStep[Event], team: TeamConfig) -> FormationEventMsg:
             msg.description = "changed by parameters"
             msg.parameter_names = list(changes)
             msg.parameter_values = list(changes.values())
+        case RequestMade(request, values):
+            msg.kind = EventKind.REQUEST.value
+            msg.description = request.value
+            msg.request_values = list(values)
         case FaultReported(description):
             msg.kind = EventKind.FAULT.value
             msg.description = description
@@ -57,7 +70,7 @@ def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
         RejectionError: see the module; also an unknown kind, or lists that differ in length.
     """
     stamp_ns = header_from_msg(msg.header, "")
-    content: StepDecided | FormationSet | ParametersSet | FaultReported
+    content: StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade
     match msg.kind:
         case EventKind.STEP:
             check_lengths(msg, "input_topics", "input_stamps")
@@ -71,10 +84,20 @@ def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
             content = ParametersSet(dict(zip(msg.parameter_names, msg.parameter_values, strict=True)))
         case EventKind.FAULT:
             content = FaultReported(msg.description)
+        case EventKind.REQUEST:
+            content = RequestMade(_request(msg.description), tuple(msg.request_values))
         case _:
             known = ", ".join(f"{kind.value} ({kind.name})" for kind in EventKind)
             raise RejectionError(Reason.INVALID, f"kind must be one of {known} (got {msg.kind})")
     return PerStep(msg.step, stamp_ns, Event(msg.source, content))
+
+
+def _request(name: str) -> TeamRequest:
+    try:
+        return TeamRequest(name)
+    except ValueError:
+        known = ", ".join(request.value for request in TeamRequest)
+        raise RejectionError(Reason.INVALID, f"request must be one of {known} (got '{name}')") from None
 
 
 def formation_to_msgs(formation: Mapping[str, Vector3], team: TeamConfig) -> list[RelativePositionMsg]:

@@ -28,6 +28,7 @@ from relform_msgs.msg import (
     RotorSpeeds,
     SolverStatus,
     StepDone,
+    TeamStatus,
 )
 from relform_ros.qos import LATCHED, LOCKSTEP
 from relform_ros.sensors.wire import wire
@@ -53,14 +54,14 @@ def topic_table(config: ScenarioConfig, roster: Roster) -> dict[str, Topic]:
     topics = [
         Topic(CLOCK, Clock, (CLOCK_NODE,), roster.members),
         Topic(DIAGNOSTICS, DiagnosticArray, (CLOCK_NODE, *roster.members), sensor_observers),
-        *(topic for controller in roster.controllers for topic in _of_controller(controller, roster)),
+        *(topic for controller in roster.controllers for topic in _of_controller(controller, config, roster)),
         *(topic for vehicle in roster.vehicles for topic in _of_vehicle(vehicle, config, roster)),
         *(_step_done(node, ()) for node in roster.observers),
     ]
     return {topic.name: topic for topic in topics}
 
 
-def _of_controller(controller: Controller, roster: Roster) -> list[Topic]:
+def _of_controller(controller: Controller, config: ScenarioConfig, roster: Roster) -> list[Topic]:
     writer = (controller.node,)
     vehicles = tuple(map(vehicle_node, controller.vehicles))
     return [
@@ -69,6 +70,7 @@ def _of_controller(controller: Controller, roster: Roster) -> list[Topic]:
         Topic(controller.state, FormationState, writer, roster.observers),
         Topic(controller.solver, SolverStatus, writer, roster.observers),
         Topic(controller.reference, FormationReference, writer, roster.observers),
+        *(() if config.ground is None else [Topic(controller.status, TeamStatus, writer, roster.observers)]),
     ]
 
 

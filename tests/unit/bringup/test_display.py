@@ -48,7 +48,7 @@ ERROR = "formation error 0.062 m"
         (Progress(fallbacks=3), f"B straight line 5.00 / 27.0 s {ERROR} 3 fallbacks 10.0 x real time"),
         (
             Progress(0, 0.0, 0.0, error=None, missing="/leader/imu"),
-            "A static formation 0.00 / 27.0 s the start waits for /leader/imu",
+            "A static formation 0.00 / 27.0 s waits for /leader/imu",
         ),
     ],
 )

@@ -1,5 +1,7 @@
 """From a start anywhere into the formation: references of all pairs, by hand and from poses in the world."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -15,6 +17,8 @@ PERIOD_NS = 50_000_000
 POSES = StartPoses(
     places=np.array([[0.0, 0.0, 0.0], [-1.2, -0.3, -0.6], [-0.9, 0.75, -0.4]]),
     yaws=np.radians([0.0, 170.0, -40.0]),
+    p_NB_N=np.array([0.4, -0.3, 2.1]),
+    yaw_NB=0.2,
 )
 
 
@@ -62,6 +66,7 @@ def test_poses_come_from_what_the_leader_sees() -> None:
     assert pairs[:2] == ((0, 1), (0, 2))
     np.testing.assert_array_equal(poses.places, [[0, 0, 0], [0, 1, 2], [3, 4, 5]])
     np.testing.assert_array_equal(poses.yaws, [0.0, 0.0, 0.1])
+    assert (poses.p_NB_N.tolist(), poses.yaw_NB) == ([1.0, 1.0, 1.0], 0.3)
 
 
 def test_a_team_that_holds_its_place_is_asked_to_stay_as_it_is() -> None:
@@ -98,7 +103,7 @@ def test_a_request_before_the_start_is_what_the_team_forms_up_to() -> None:
 
 def test_followers_that_would_meet_on_the_way_are_refused() -> None:
     schedule = FormationSchedule(paper_scenario().config)
-    schedule.hold(StartPoses(POSES.places[[0, 2, 1]], POSES.yaws))  # each near the place of the other
+    schedule.hold(replace(POSES, places=POSES.places[[0, 2, 1]]))  # each near the place of the other
     message = "^the team cannot form up from where it is: 'follower_1' and 'follower_2' would come within 0.1"
     with pytest.raises(FlightError, match=message):
         schedule.advance(0)

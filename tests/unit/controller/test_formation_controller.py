@@ -26,7 +26,7 @@ from relform_core.names import SolverState
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
-from relform_core.telemetry import Decision
+from relform_core.telemetry import Decision, Standby
 from support.flights import AGILE, all_speeds, record, replaced, replay
 from support.scenarios import NOISE_FREE, paper_scenario
 
@@ -251,7 +251,7 @@ def test_a_start_without_some_measurement_waits_and_then_flies_the_mission_from_
     controller = FormationController(CONFIG)
     for measurements in flight.measured[:3]:
         waiting = controller.step(replaced(measurements, "follower_2", **{sensor: None}))
-        assert isinstance(waiting, Waiting)
+        assert isinstance(waiting, Standby)
         assert "follower_2" in waiting.reason
     decision = controller.step(flight.measured[3])
     assert (decision.step, decision.stamp_ns) == (3, 150_000_000)
@@ -271,7 +271,7 @@ def test_the_wait_for_the_start_is_bounded(flight: Flight, bound_s: float, steps
     blind = replaced(flight.measured[0], "follower_2", optic_flow=None)
     for step in range(steps):
         at_step = dataclasses.replace(blind, step=step, arrival_ns=step * 50_000_000)
-        assert isinstance(controller.step(at_step), Waiting)
+        assert isinstance(controller.step(at_step), Standby)
     message = (
         f"the flight cannot start: after {bound_s:g} s (controller.start_wait_max_s) there is still no optic "
         "flow of follower_2"
@@ -282,9 +282,9 @@ def test_the_wait_for_the_start_is_bounded(flight: Flight, bound_s: float, steps
 
 def test_a_request_while_the_start_is_waited_for_is_flown_from_the_start(flight: Flight) -> None:
     controller = FormationController(CONFIG)
-    assert isinstance(controller.step(replaced(flight.measured[0], "leader", imu=None)), Waiting)
+    assert isinstance(controller.step(replaced(flight.measured[0], "leader", imu=None)), Standby)
     controller.set_formation({"follower_1": (-1.5, -0.75, 0.25), "follower_2": (-1.25, 0.5, -0.5)})
-    assert isinstance(controller.step(replaced(flight.measured[1], "leader", imu=None)), Waiting)
+    assert isinstance(controller.step(replaced(flight.measured[1], "leader", imu=None)), Standby)
     decision = controller.step(flight.measured[2])
     np.testing.assert_allclose(decision.reference.formation["leader", "follower_1"], [-1.5, -0.75, 0.25])
 

@@ -20,7 +20,7 @@ from relform_core.load import LoadedScenario, load_scenario
 from relform_core.measurements import TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.script import CommandParser, command, positive
-from relform_core.telemetry import Decision
+from relform_core.telemetry import Decision, Standby
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class TimedController(FormationController):
         super().__init__(config, estimator=self._timed_estimator, solver=self._timed_solver)
         self._rows: list[tuple[float, ...]] = []
 
-    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Waiting:
+    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Standby:
         """See ``FormationController``."""
         (solver,) = self._timed_solvers
         n_estimates, n_prepared, n_solved = self._counts()

@@ -17,6 +17,7 @@ from relform_core.scenario_config import ScenarioConfig
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_from_msg
 from relform_ros.odometry import odometry_from_msg
+from relform_ros.team_status import status_from_msg
 from relform_ros.telemetry import reference_from_msg, solver_from_msg, state_from_msg
 
 
@@ -45,6 +46,8 @@ def message_takers(
         controller.solver: lambda msg: builder.add_solver(solver_from_msg(msg)),
         controller.events: lambda msg: builder.add_event(event_from_msg(msg, team)),
     }
+    if config.ground is not None:
+        takers[controller.status] = lambda msg: builder.add_status(status_from_msg(msg))
     for vehicle in team.vehicles:
         takers[vehicle_topic(vehicle, GROUND_TRUTH)] = partial(take_ground_truth, vehicle)
         takers[vehicle_topic(vehicle, ROTOR_SPEEDS)] = partial(take_command, vehicle)

@@ -16,6 +16,7 @@ from relform_analysis.flight.log import (
 from relform_analysis.flight.stamped_rows import StampedRows
 from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_core.arrays import Array
+from relform_core.flight_modes import TeamMode
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand
 from relform_core.names import GROUND_TRUTH, REFERENCE, EstimatorMode, vehicle_topic
@@ -27,9 +28,11 @@ from relform_core.telemetry import (
     FormationSet,
     ParametersSet,
     PerStep,
+    RequestMade,
     SolverReport,
     TeamReference,
     TeamState,
+    TeamStatus,
 )
 from relform_core.units import NANOSECONDS_PER_SECOND
 
@@ -75,6 +78,8 @@ class FlightLogBuilder:
         """Why the estimator is degraded, by the instant of the control step."""
         self._active: dict[int, tuple[str, ...]] = {}
         """Soft constraints that are active, by the instant of the control step."""
+        self._mode: TeamMode | None = None
+        """Of the newest status; statuses come in order."""
         self._faults: list[LogEntry] = []
         self._changes: list[LogEntry] = []
 
@@ -123,6 +128,14 @@ class FlightLogBuilder:
             if estimator.mode is EstimatorMode.DEGRADED:
                 self._degraded[state.stamp_ns] = estimator.reason
 
+    def add_status(self, status: PerStep[TeamStatus]) -> None:
+        """Take what the team does between the ground and the air."""
+        mode, reason = status.value.mode, status.value.reason
+        if mode is not self._mode:
+            self._mode = mode
+            words = f"{mode}: {reason}" if reason else str(mode)
+            self._changes.append(LogEntry(status.stamp_ns, "team", words))
+
     def add_solver(self, report: PerStep[SolverReport]) -> None:
         """Take what the solver did."""
         row = self._steps.at(report.stamp_ns)
@@ -141,6 +154,8 @@ class FlightLogBuilder:
             case ParametersSet(changes):
                 words = ", ".join(f"{key} = {value:g}" for key, value in changes.items())
                 self._changes.append(LogEntry(event.stamp_ns, source, words))
+            case RequestMade(request, _):
+                self._changes.append(LogEntry(event.stamp_ns, source, request.value))
             case FormationSet(formation):
                 self._changes.append(LogEntry(event.stamp_ns, source, _formation_in_words(formation)))
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_controller.blas import one_blas_thread
-from relform_controller.formation_controller import FormationController
+from relform_controller.flight_director import FlightDirector
+from relform_controller.team_controller import TeamController, make_controller
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand, TeamMeasurements
-from relform_core.telemetry import Decision
+from relform_core.telemetry import Decision, PerStep, TeamStatus
 from relform_sim.vehicle import Vehicle
 
 
@@ -23,13 +24,15 @@ class SimulatedStep:
     faults: Mapping[str, str]
     """Why vehicles cannot fly on, by vehicle; empty if all can."""
     decision: Decision | None
-    """None while the controller waits for its first estimate, and at the last instant, where the scenario or
-    a fault ends the flight."""
+    """None while the vehicles are on the ground or fly on their own sensors, and at the last instant, where
+    the scenario or a fault ends the flight."""
+    status: TeamStatus | None = None
+    """None in a scenario without take-off and landing, and at the last instant."""
 
 
 def simulate(
     scenario: LoadedScenario,
-    controller: FormationController | None = None,
+    controller: TeamController | None = None,
 ) -> Iterator[SimulatedStep]:
     """Fly a scenario to its end or to the first fault, one control step at a time.
 
@@ -41,7 +44,7 @@ def simulate(
     config = scenario.config
     vehicles = {name: Vehicle(config, scenario.seed, name) for name in config.team.vehicles}
     if controller is None:
-        controller = FormationController(config)
+        controller = make_controller(config)
     commands: Mapping[str, RotorCommand | None] = dict.fromkeys(vehicles)
     for step in range(config.n_steps + 1):
         ground_truth = {name: vehicle.advance(step, commands[name]) for name, vehicle in vehicles.items()}
@@ -54,11 +57,12 @@ def simulate(
             return
         outcome = controller.step(measurements)
         decision = outcome if isinstance(outcome, Decision) else None
-        yield SimulatedStep(ground_truth, measurements, faults, decision)
-        commands = dict.fromkeys(vehicles) if decision is None else decision.commands
+        status = controller.status if isinstance(controller, FlightDirector) else None
+        yield SimulatedStep(ground_truth, measurements, faults, decision, status)
+        commands = outcome.commands or dict.fromkeys(vehicles)
 
 
-def fly_in_process(scenario: LoadedScenario, controller: FormationController | None = None) -> FlightLog:
+def fly_in_process(scenario: LoadedScenario, controller: TeamController | None = None) -> FlightLog:
     """Fly a scenario to its end, or to the first fault, which is then in the log.
 
     Args:
@@ -79,5 +83,7 @@ def add_step(log: FlightLogBuilder, step: SimulatedStep) -> None:
         log.add_ground_truth(name, odometry)
     for name, fault in step.faults.items():
         log.add_fault(step.measurements.arrival_ns, name, fault)
+    if step.status is not None:
+        log.add_status(PerStep(step.measurements.step, step.measurements.arrival_ns, step.status))
     if step.decision is not None:
         log.add_decision(step.decision)

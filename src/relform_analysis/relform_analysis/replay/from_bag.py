@@ -3,6 +3,7 @@
 Messages are found by the stamp in their header: the log time of a bag is wall time for most recorders.
 """
 
+from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.names import ROTOR_SPEEDS, vehicle_topic
 from relform_core.roster import Controller, Roster
 from relform_core.scenario_config import ScenarioConfig
-from relform_core.telemetry import Event, FormationSet, ParametersSet, PerStep, StepDecided
+from relform_core.telemetry import Event, FormationSet, ParametersSet, PerStep, RequestMade, StepDecided
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_from_msg
@@ -58,6 +59,7 @@ class _Recording:
         self._decided: dict[int, StepDecided] = {}
         self._formations: dict[int, FormationSet] = {}
         self._parameters: dict[int, ParametersSet] = {}
+        self._requests: defaultdict[int, list[RequestMade]] = defaultdict(list)
         self._sources = {
             vehicle_topic(vehicle, source.name): (vehicle, source)
             for vehicle in config.team.vehicles
@@ -114,6 +116,7 @@ class _Recording:
             TeamMeasurements(step, stamp_ns, given),
             None if formation is None else formation.formation,
             {} if parameters is None else parameters.changes,
+            tuple(self._requests[step]),
             decided.sqp_steps,
             {
                 vehicle: rotor_command_from_msg(decode(self._messages[topic, self._answer_ns(step)]), vehicle)
@@ -123,7 +126,8 @@ class _Recording:
 
     def _answers(self, step: int) -> dict[str, str]:
         """Topics of the commands of a step, by vehicle: none while the controller waits for measurements."""
-        return {} if self._decided[step].waiting_for else self._commands
+        is_answered = self._config.ground is not None or not self._decided[step].waiting_for
+        return self._commands if is_answered else {}
 
     def _add_event(self, event: PerStep[Event]) -> None:
         match event.value.content:
@@ -131,6 +135,8 @@ class _Recording:
                 self._formations[event.step] = formation
             case ParametersSet() as parameters if event.value.source == self._controller.node:
                 self._parameters[event.step] = parameters
+            case RequestMade() as request:
+                self._requests[event.step].append(request)
             case StepDecided() as decided:
                 self._decided[event.step] = decided
 

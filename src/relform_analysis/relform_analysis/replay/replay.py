@@ -11,13 +11,14 @@ import numpy as np
 
 from relform_analysis.flight.bag_configuration import BagConfiguration
 from relform_controller.blas import one_blas_thread
-from relform_controller.estimation.estimator import Waiting
-from relform_controller.formation_controller import FormationController
+from relform_controller.flight_director import FlightDirector
 from relform_controller.live_values import LiveControllerValues
+from relform_controller.team_controller import make_controller
 from relform_core.arrays import Array
 from relform_core.live_values import Value
 from relform_core.load import LoadedScenario
 from relform_core.measurements import RotorCommand, TeamMeasurements
+from relform_core.telemetry import RequestMade
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 Formation = Mapping[str, tuple[float, float, float]]
@@ -32,6 +33,8 @@ class RecordedStep:
     """Accepted by the controller before this step."""
     parameters: Mapping[str, Value]
     """Accepted by the controller before this step, without the formation."""
+    requests: tuple[RequestMade, ...]
+    """Accepted by the controller before this step, in this order."""
     sqp_steps: int
     commands: Mapping[str, RotorCommand]
     """By vehicle; empty while the controller waited for its first measurements."""
@@ -96,16 +99,19 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
     time, recorded, replayed, plans_equal = [], [], [], True
     impose_steps = scenario.config.controller == flight.scenario.config.controller
     with one_blas_thread():
-        controller = FormationController(scenario.config)
+        controller = make_controller(scenario.config)
         values = LiveControllerValues.from_scenario(scenario, controller.check_formation)
         for step in flight.steps:
+            if isinstance(controller, FlightDirector):
+                for request in step.requests:
+                    controller.request(request)
             if step.formation is not None:
                 controller.set_formation(step.formation)
             if step.parameters:
                 values = values.changed(step.parameters)
                 controller.set_weights(values.weights)
             decision = controller.step(step.measurements, step.sqp_steps if impose_steps else None)
-            commands = {} if isinstance(decision, Waiting) else decision.commands
+            commands = decision.commands
             plans_equal &= commands.keys() == step.commands.keys() and all(
                 np.array_equal(commands[vehicle].predicted_speeds, command.predicted_speeds)
                 for vehicle, command in step.commands.items()

@@ -10,12 +10,13 @@ import rclpy
 from rclpy.node import Node
 
 from relform_controller.blas import one_blas_thread
-from relform_controller.estimation.estimator import Waiting
-from relform_controller.formation_controller import FormationController
+from relform_controller.flight_director import FlightDirector
 from relform_controller.live_values import FORMATION, LiveControllerValues, by_formation_key
+from relform_controller.nodes.requests import RequestServices
+from relform_controller.team_controller import make_controller
 from relform_core.errors import ConfigError, MessageError
 from relform_core.load import LoadedScenario
-from relform_core.measurements import TeamMeasurements, VehicleMeasurements
+from relform_core.measurements import RotorCommand, TeamMeasurements, VehicleMeasurements
 from relform_core.names import (
     CONTROLLER_NODE,
     ROTOR_SPEEDS,
@@ -32,6 +33,8 @@ from relform_core.telemetry import (
     FormationSet,
     ParametersSet,
     PerStep,
+    RequestMade,
+    Standby,
     StepDecided,
 )
 from relform_msgs.msg import FormationEvent
@@ -45,6 +48,7 @@ from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, run_node
 from relform_ros.sensors.wire import wire
 from relform_ros.spinner import Spinner
+from relform_ros.team_status import status_to_msg
 from relform_ros.telemetry import reference_to_msg, solver_to_msg, state_to_msg
 
 RENAMED = "leader: warning: this executable is now called controller: ros2 run relform_controller controller"
@@ -61,7 +65,7 @@ class ControllerNode:
         self._me = me
         self._telemetry = (me.state, me.solver, me.reference, me.events)
         """No vehicle waits for these topics."""
-        self._controller = FormationController(config)
+        self._controller = make_controller(config)
         self._parameters = LiveParameters(
             node, LiveControllerValues.from_scenario(scenario, self._controller.check_formation)
         )
@@ -75,6 +79,10 @@ class ControllerNode:
         """Measurements that the estimator has rejected in the flight."""
         self._waiting_for = ""
         """What the start of the mission waits for; empty: it has started."""
+        self._requests: RequestServices | None = None
+        """None: the scenario has no take-off and landing."""
+        if isinstance(self._controller, FlightDirector):
+            self._requests = RequestServices(node, self._controller, self._open_step, self._period_ns)
         self._pacing = pacing
         self._topics = {
             vehicle: [(source, vehicle_topic(vehicle, source.name)) for source in config.sources_of(vehicle)]
@@ -106,7 +114,7 @@ class ControllerNode:
                 self._publish_telemetry(decision, _stamps(gathered.messages))
                 self._controller.prepare_next()
 
-    def _decide(self, step: int, messages: Mapping[str, tuple[Any, ...]]) -> Decision | Waiting:
+    def _decide(self, step: int, messages: Mapping[str, tuple[Any, ...]]) -> Decision | Standby:
         by_vehicle = {
             vehicle: VehicleMeasurements.collect(
                 (source, measurement) for source, topic in sources for measurement in messages.get(topic, ())
@@ -119,14 +127,20 @@ class ControllerNode:
         self._next_step = step + 1
         if self._next_step == self._n_steps:
             self._parameters.close()
-        if isinstance(decision, Waiting):
-            self._publish_waiting(step, decision, messages)
+        if isinstance(decision, Standby):
+            self._publish_standby(step, decision, messages)
         else:
-            self._publish_commands(decision)
+            self._note(decision)
+        self._publish_commands(decision.commands)
+        if isinstance(self._controller, FlightDirector):
+            status = PerStep(step, measurements.arrival_ns, self._controller.status)
+            self._pacing.publish(self._me.status, status_to_msg(status))
         return decision
 
     def _apply_parameters(self, step: int) -> None:
-        """Apply what was changed since the last decision, and publish it as events."""
+        """Apply what was changed since the last decision, and publish it as events, with the requests."""
+        for request in () if self._requests is None else self._requests.take():
+            self._pacing.publish(self._me.events, self._event(step, request))
         changes = self._parameters.take()
         live = self._parameters.live
         weights = {key: value for key, value in changes.items() if not key.startswith(FORMATION)}
@@ -137,21 +151,24 @@ class ControllerNode:
             self._controller.set_formation(live.formation)
             self._pacing.publish(self._me.events, self._event(step, FormationSet(live.formation)))
 
-    def _publish_waiting(self, step: int, waiting: Waiting, messages: Mapping[str, tuple[Any, ...]]) -> None:
+    def _publish_standby(self, step: int, standby: Standby, messages: Mapping[str, tuple[Any, ...]]) -> None:
         if not self._waiting_for:
-            print(f"{self._me.node}: the start waits for {waiting.reason}", file=sys.stderr)
-        self._waiting_for = waiting.reason
-        content = StepDecided(_stamps(messages), sqp_steps=0, waiting_for=waiting.reason)
+            print(f"{self._me.node}: waits for {standby.reason}", file=sys.stderr)
+        self._waiting_for = standby.reason
+        content = StepDecided(_stamps(messages), sqp_steps=0, waiting_for=standby.reason)
         self._pacing.publish(self._me.events, self._event(step, content))
 
-    def _publish_commands(self, decision: Decision) -> None:
+    def _note(self, decision: Decision) -> None:
+        """Note what the diagnostics say about a decision."""
         self._waiting_for = decision.holds_for
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
         if decision.state.estimator is not None:
             self._estimator = decision.state.estimator
             self._rejected += len(self._estimator.rejected)
-        for vehicle, command in decision.commands.items():
+
+    def _publish_commands(self, commands: Mapping[str, RotorCommand]) -> None:
+        for vehicle, command in commands.items():
             topic = vehicle_topic(vehicle, ROTOR_SPEEDS)
             self._pacing.publish(topic, rotor_command_to_msg(command, vehicle), command)
 
@@ -166,9 +183,15 @@ class ControllerNode:
         for topic, message in zip(self._telemetry, telemetry, strict=True):
             self._pacing.publish(topic, message)
 
-    def _event(self, step: int, content: StepDecided | FormationSet | ParametersSet) -> FormationEvent:
+    def _event(
+        self, step: int, content: StepDecided | FormationSet | ParametersSet | RequestMade
+    ) -> FormationEvent:
         event = PerStep(step, step * self._period_ns, Event(self._me.node, content))
         return event_to_msg(event, self._team)
+
+    def _open_step(self) -> int | None:
+        """The next step, in which a request applies; None: there is none."""
+        return self._next_step if self._next_step < self._n_steps else None
 
     def _on_set_formation(
         self, request: SetFormation.Request, response: SetFormation.Response
@@ -194,6 +217,7 @@ class ControllerNode:
             "estimator.nis": self._estimator.nis,
             "estimator.nis_dof": self._estimator.nis_dof,
             "estimator.rejected": self._rejected,
+            **({} if self._requests is None else {"requests.refused": self._requests.refused}),
         }
 
 

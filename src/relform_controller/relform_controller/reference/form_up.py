@@ -16,19 +16,24 @@ HALF_TURN_TIME = 2.5
 
 @dataclass(frozen=True, eq=False)
 class StartPoses:
-    """Where all vehicles are relative to the leader, in team order; the leader's own row is zero."""
+    """Where the leader is, and all vehicles relative to it, in team order; its own row is zero."""
 
     places: Array
     """In {mc} of the leader [m], shape (vehicle, 3)."""
     yaws: Array
     """Relative to the leader's, in (-pi, pi] [rad], shape (vehicle,)."""
+    p_NB_N: Array
+    """Of the leader in the world [m], shape (3,)."""
+    yaw_NB: float
+    """Of the leader in the world [rad]."""
 
     @classmethod
     def seen_by_leader(cls, geometry: TeamGeometry) -> "StartPoses":
         """The poses in a geometry."""
         of_leader = [pair for pair, (i, _) in enumerate(ordered_pairs(_n_vehicles(geometry))) if i == 0]
         places = np.concatenate([np.zeros((1, 3)), geometry.p_I1I2_I1[of_leader]])
-        return cls(places, np.concatenate([[0.0], geometry.yaw_I1I2[of_leader]]))
+        yaws = np.concatenate([[0.0], geometry.yaw_I1I2[of_leader]])
+        return cls(places, yaws, geometry.p_NI_N, geometry.yaw_NI)
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,7 +39,7 @@ class FormationSchedule:
         self._changed_ns = 0
         self.next_ns = 0
         """Instant of the next control step, from which a request holds."""
-        self._requested: Mapping[str, Vector3] | None = None
+        self._requested: tuple[Mapping[str, Vector3], PhaseConfig | None] | None = None
         self._held: StartPoses | None = None
         """Where the team stays; None: it has started."""
         self._yaws: YawRamp | None = None
@@ -52,13 +52,19 @@ class FormationSchedule:
         self._reference = Blend.at_rest(self._of_pairs(poses.places))
         self._yaws = YawRamp.at_rest(poses.yaws)
 
-    def request(self, formation: Mapping[str, Vector3]) -> None:
+    def request(self, formation: Mapping[str, Vector3], phase: PhaseConfig | None = None) -> None:
         """Fly another formation from the next step on, until the scenario changes it.
 
         Args:
             formation: position of each follower relative to the leader [m]; ``check`` has accepted it.
+            phase: the phase that asks for it, if one does.
         """
-        self._requested = dict(formation)
+        self._requested = dict(formation), phase
+
+    def is_changing(self, stamp_ns: int) -> bool:
+        """Whether the team still forms up, or changes its formation, at an instant [ns]."""
+        turns = self._yaws is not None and not self._yaws.is_over(self._since_change(stamp_ns))
+        return turns or self._since_change(stamp_ns) < self._reference.duration
 
     def check(self, formation: Mapping[str, Vector3]) -> None:
         """Check a request.
@@ -88,9 +94,10 @@ class FormationSchedule:
         """
         phase = self._changes.by_step.get(stamp_ns // self._config.period_ns)
         if self._held is not None:
-            self._form_up(stamp_ns, self._held, self._requested or self.by_follower)
+            asked = self.by_follower if self._requested is None else self._requested[0]
+            self._form_up(stamp_ns, self._held, asked)
         elif self._requested is not None:
-            self._begin(stamp_ns, self._requested, None)
+            self._begin(stamp_ns, *self._requested)
         elif phase is not None:
             self._begin(stamp_ns, self._config.formations[phase.formation], phase)
         self._held = self._requested = None

@@ -44,7 +44,7 @@ class LeaderTrajectory:
 
     def __init__(self, config: ScenarioConfig, n_extra: int) -> None:
         self._period_ns = config.period_ns
-        n_instants = config.n_steps + 1 + n_extra
+        n_instants = round(config.duration / config.controller.period) + 1 + n_extra
         step = config.controller.period / _SUBSTEPS
         time = np.linspace(0.0, (n_instants - 1) * config.controller.period, (n_instants - 1) * _SUBSTEPS + 1)
         speed, climb, turn_rate = _profiles(config, time)

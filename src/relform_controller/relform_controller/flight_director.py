@@ -1,0 +1,256 @@
+"""The flight director: takes a team from the ground into formation and back, and decides on requests.
+
+The states of a team, and the requests that it takes in each, are in ``relform_core.flight_modes``. On the
+ground, and while the vehicles take off and land on their own sensors, it only sends them requests. Once all
+of them hover, a ``FormationController`` flies the team until it is to land.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from relform_controller.formation_controller import FormationController
+from relform_controller.ground_plan import LandingPlan, TakeOffPlan, heights, landing_problem
+from relform_controller.reference.online_mission import OnlineMission
+from relform_controller.reference.timed_path import rows_of
+from relform_core.controller_config import WeightsConfig
+from relform_core.errors import ConfigError, FlightError
+from relform_core.flight_modes import Request, TeamMode, TeamRequest, VehicleMode, refusal
+from relform_core.measurements import RotorCommand, TeamMeasurements
+from relform_core.scenario_config import ScenarioConfig
+from relform_core.schema import Vector3
+from relform_core.sensors.flight_status import FLIGHT_STATUS, FlightStatus
+from relform_core.telemetry import Decision, RequestMade, Standby, TeamStatus
+from relform_core.units import NANOSECONDS_PER_SECOND, seconds_to_ns
+
+SILENCE_MAX_S = 1.0
+"""How long nothing may be heard from a vehicle in the air [s]; then the team lands."""
+_WATCHED = frozenset({TeamMode.TAKING_OFF, TeamMode.HOVERING, TeamMode.FLYING, TeamMode.LANDING})
+_LOST = frozenset({VehicleMode.FAILSAFE, VehicleMode.STOPPED})
+_UP = frozenset({VehicleMode.HOVERING, VehicleMode.FLYING})
+_ON_THE_GROUND = frozenset({VehicleMode.IDLE, VehicleMode.ARMED, VehicleMode.STOPPED})
+
+
+class FlightDirector:
+    """Flies a team from take-off to landing.
+
+    Without ``ground.waits`` it makes the requests itself: take off, fly the phases, land.
+
+    Args:
+        config: a scenario with ``ground``.
+        clock: monotonic time [s], for the solver's reports.
+    """
+
+    def __init__(self, config: ScenarioConfig, clock: Callable[[], float] = time.perf_counter) -> None:
+        if config.ground is None:
+            raise ValueError(f"scenario '{config.name}' has no section 'ground'")
+        self._config = config
+        self._ground = config.ground
+        self._clock = clock
+        self.mode = TeamMode.IDLE
+        self.reason = ""
+        """Why the mode is what it is, unless somebody asked for it."""
+        self.refused = ""
+        """Why the newest request was refused, for the status; empty: it was not."""
+        self._now_ns = self._began_ns = 0
+        """The present step, and the one in which the mode began."""
+        self._status: dict[str, FlightStatus] = {}
+        """The newest of each vehicle."""
+        self._weights: WeightsConfig | None = None
+        self._take_off = TakeOffPlan(config)
+        self._landing = LandingPlan(dict.fromkeys(config.team.vehicles, 0.0), one_by_one=False)
+        self._decision: Decision | None = None
+        """Of the newest step; None: it had none."""
+        self._script = [TeamRequest.TAKE_OFF, TeamRequest.START, TeamRequest.LAND]
+        """What remains to be requested by the director itself."""
+        if config.ground.waits:
+            self._script.clear()
+        self._prepare_flight()
+
+    @property
+    def formation(self) -> Mapping[str, Vector3]:
+        """See ``FormationController``."""
+        return self._mission.formation
+
+    @property
+    def status(self) -> TeamStatus:
+        """What the team does."""
+        return TeamStatus(self.mode, self.reason, self.refused, self.vehicle_modes)
+
+    @property
+    def vehicle_modes(self) -> Mapping[str, VehicleMode]:
+        """What the vehicles last reported to do, in team order; those that never did are missing."""
+        return {name: self._status[name].mode for name in self._config.team.vehicles if name in self._status}
+
+    def set_weights(self, weights: WeightsConfig) -> None:
+        """See ``FormationController``."""
+        self._weights = weights
+        self._controller.set_weights(weights)
+
+    def check_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """See ``FormationController``."""
+        if formation == self.formation:
+            return
+        if problem := refusal(TeamRequest.SET_FORMATION, self.mode):
+            raise ConfigError(problem)
+        self._mission.check_formation(formation)
+
+    def set_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """See ``FormationController``."""
+        self.check_formation(formation)
+        self._mission.set_formation(formation)
+
+    def request(self, made: RequestMade) -> None:
+        """Do something else from the next step on.
+
+        Raises:
+            ConfigError: the team refuses; the message gives the reason.
+        """
+        if problem := refusal(made.request, self.mode):
+            raise ConfigError(problem)
+        match made.request:
+            case TeamRequest.TAKE_OFF:
+                self._enter(TeamMode.TAKING_OFF)
+            case TeamRequest.START:
+                self._mission.start()
+            case TeamRequest.HOVER:
+                self._mission.hover()
+            case TeamRequest.GO_TO:
+                x, y, z, yaw = made.values
+                self._mission.go_to(np.array([x, y, z]), yaw)
+            case TeamRequest.FOLLOW_TRAJECTORY:
+                self._mission.follow_trajectory(rows_of(made.values))
+            case TeamRequest.LAND:
+                self._land()
+            case TeamRequest.EMERGENCY_LAND:
+                self._land_at_once(TeamMode.LANDING)
+            case TeamRequest.EMERGENCY_STOP:
+                self._enter(TeamMode.STOPPED, "emergency stop")
+
+    def step(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Standby:
+        """See ``FormationController``."""
+        outcome = self.feedback(measurements, sqp_steps)
+        self.prepare_next()
+        return outcome
+
+    def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Standby:
+        """See ``FormationController``."""
+        self._now_ns = measurements.arrival_ns
+        for name in self._config.team.vehicles:
+            if (status := measurements.by_vehicle[name].newest(FLIGHT_STATUS)) is not None:
+                self._status[name] = status
+        self._follow_script()
+        if self.mode in _WATCHED and (problem := self._problem()):
+            self._land_at_once(TeamMode.FAILSAFE, problem)
+        try:
+            outcome = self._outcome(measurements, sqp_steps)
+        except FlightError as error:  # the controller cannot start
+            self._land_at_once(TeamMode.FAILSAFE, str(error))
+            outcome = self._standby_to_land()
+        self._decision = outcome if isinstance(outcome, Decision) else None
+        return outcome
+
+    def prepare_next(self) -> None:
+        """See ``FormationController``."""
+        if self._decision is not None:
+            self._controller.prepare_next()
+
+    def _outcome(self, measurements: TeamMeasurements, sqp_steps: int | None) -> Decision | Standby:
+        match self.mode:
+            case TeamMode.IDLE:
+                return self._standby(self._all(Request.REST), "take_off: the team is on the ground")
+            case TeamMode.TAKING_OFF if not self._is_up:
+                elapsed = (self._now_ns - self._began_ns) / NANOSECONDS_PER_SECOND
+                return self._standby(self._take_off.requests(elapsed), "the vehicles to take off")
+            case TeamMode.TAKING_OFF | TeamMode.HOVERING | TeamMode.FLYING:
+                return self._fly(measurements, sqp_steps)
+            case TeamMode.LANDING | TeamMode.FAILSAFE:
+                return self._standby_to_land()
+            case TeamMode.STOPPED:
+                return self._standby(self._all(Request.STOP), f"nothing: the team is stopped, {self.reason}")
+
+    def _fly(self, measurements: TeamMeasurements, sqp_steps: int | None) -> Decision | Standby:
+        outcome = self._controller.feedback(measurements, sqp_steps)
+        if isinstance(outcome, Standby):  # the vehicles hover while the estimator starts
+            return self._standby(self._all(Request.HOVER), outcome.reason)
+        is_resting = self._mission.is_resting and not outcome.holds_for
+        if is_resting and self.mode is not TeamMode.HOVERING:
+            self._enter(TeamMode.HOVERING)
+        if not is_resting and self.mode is TeamMode.HOVERING:
+            self._enter(TeamMode.FLYING)
+        return outcome
+
+    def _standby_to_land(self) -> Standby:
+        modes = self.vehicle_modes
+        requests = self._landing.requests(modes)
+        if all(mode in _ON_THE_GROUND for mode in modes.values()):
+            stopped = [name for name, mode in modes.items() if mode is VehicleMode.STOPPED]
+            if stopped:
+                self._enter(TeamMode.STOPPED, f"{stopped[0]} is stopped: {self._status[stopped[0]].reason}")
+            else:
+                self._enter(TeamMode.IDLE, self.reason)
+                self._prepare_flight()
+        return self._standby(requests, "the vehicles to land")
+
+    @property
+    def _is_up(self) -> bool:
+        """Whether all vehicles wait for the controller, or fly by it."""
+        modes = self.vehicle_modes.values()
+        return len(self._status) == len(self._config.team.vehicles) and _UP.issuperset(modes)
+
+    def _problem(self) -> str | None:
+        """Why the team must land, in words; None: it can fly on."""
+        for name, status in self._status.items():
+            if status.mode in _LOST:
+                return f"{name} is in {status.mode.name.lower()}: {status.reason}"
+            if self._now_ns - status.stamp_ns > seconds_to_ns(SILENCE_MAX_S):
+                return f"nothing was heard from {name} for {SILENCE_MAX_S:g} s"
+        took_s = (self._now_ns - self._began_ns) / NANOSECONDS_PER_SECOND
+        if self.mode is TeamMode.TAKING_OFF and not self._is_up and took_s > self._take_off.time_max:
+            absent = [name for name in self._config.team.vehicles if self.vehicle_modes.get(name) not in _UP]
+            return f"{absent[0]} has not taken off within {self._take_off.time_max:.1f} s"
+        return None
+
+    def _follow_script(self) -> None:
+        """Without requests from outside: make the next one as soon as it is allowed."""
+        is_settled = self.mode is not TeamMode.FLYING and self._now_ns > self._began_ns
+        if self._script and is_settled and refusal(self._script[0], self.mode) is None:
+            self.request(RequestMade(self._script.pop(0)))
+
+    def _land(self) -> None:
+        decision = self._decision
+        if decision is None:
+            raise ConfigError("land is refused: the controller does not fly the team yet")
+        if problem := landing_problem(self._config, decision.state):
+            raise ConfigError(f"land is refused: {problem}")
+        above = heights(decision.state, self._config.team.leader)
+        self._landing = LandingPlan(above, self._ground.landing == "one_by_one")
+        self._enter(TeamMode.LANDING)
+
+    def _land_at_once(self, mode: TeamMode, reason: str = "") -> None:
+        self._landing = LandingPlan(dict.fromkeys(self._config.team.vehicles, 0.0), one_by_one=False)
+        self._enter(mode, reason)
+
+    def _enter(self, mode: TeamMode, reason: str = "") -> None:
+        self.mode, self.reason, self._began_ns = mode, reason, self._now_ns
+
+    def _prepare_flight(self) -> None:
+        """A new controller and mission, for the next flight."""
+        self._mission = OnlineMission(self._config)
+        self._controller = FormationController(self._config, self._clock, self._mission)
+        if self._weights is not None:
+            self._controller.set_weights(self._weights)
+
+    def _all(self, request: Request) -> dict[str, Request]:
+        return dict.fromkeys(self._config.team.vehicles, request)
+
+    def _standby(self, requests: Mapping[str, Request], reason: str) -> Standby:
+        start_ns, period_ns = self._now_ns + self._config.command_lead_ns, self._config.period_ns
+        return Standby(
+            reason,
+            {
+                name: RotorCommand(start_ns, period_ns, np.zeros(4), np.zeros((0, 4)), requests[name])
+                for name in self._config.team.vehicles
+            },
+        )

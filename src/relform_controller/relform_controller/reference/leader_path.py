@@ -1,0 +1,113 @@
+"""Paths of the leader that begin in flight: from any reference to a place, to rest, or along given points."""
+
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+
+from relform_controller.ocp.frames import wrap_angle
+from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
+from relform_core.arrays import Array
+from relform_core.blend import Blend
+from relform_core.controller_config import LeaderMotionConfig
+from relform_core.scenario_config import ScenarioConfig
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+
+@dataclass(frozen=True, eq=False)
+class LeaderState:
+    """The leader's reference at one instant."""
+
+    p_NB_N: Array
+    """[m], shape (3,)."""
+    v_NB_N: Array
+    """[m/s], shape (3,)."""
+    yaw_NB: float
+    """[rad]."""
+
+    @classmethod
+    def at_rest(cls, p_NB_N: Array, yaw_NB: float) -> Self:
+        """A leader that stays where it is."""
+        return cls(p_NB_N, np.zeros(3), yaw_NB)
+
+
+class LeaderPath(Protocol):
+    """The leader's reference over time; it ends at rest, and stays there."""
+
+    @property
+    def duration(self) -> float:
+        """Time from its begin to its end [s]."""
+
+    def at(self, elapsed: Array) -> LeaderReference:
+        """The reference at times since its begin [s], shape (instant,); they are not negative."""
+
+
+class Transfer:
+    """The leader moves from one state to rest at a place, and turns meanwhile.
+
+    Args:
+        start: at the begin; its turn rate counts as zero.
+        p_NB_N: of the place [m], shape (3,).
+        yaw_NB: at the place [rad]; the leader turns the short way.
+        limits: of speed, acceleration and turn rate.
+    """
+
+    def __init__(self, start: LeaderState, p_NB_N: Array, yaw_NB: float, limits: LeaderMotionConfig) -> None:
+        self._position = Blend.within(
+            start.p_NB_N[None], start.v_NB_N[None], p_NB_N[None], limits.speed_max, limits.acceleration_max
+        )
+        turn = np.array([[wrap_angle(yaw_NB - start.yaw_NB), 0.0, 0.0]])
+        rate = limits.turn_rate_max  # reached within one second
+        self._turn = Blend.within(np.zeros((1, 3)), np.zeros((1, 3)), turn, rate, rate)
+        self._yaw_NB = start.yaw_NB
+
+    @classmethod
+    def to_rest(cls, start: LeaderState, limits: LeaderMotionConfig) -> Self:
+        """The leader brakes along its velocity."""
+        speed = float(np.linalg.norm(start.v_NB_N))
+        # A cubic that comes to rest a third of the way that it would have flown: it decelerates evenly less.
+        duration = 2.0 * speed / limits.acceleration_max
+        return cls(start, start.p_NB_N + start.v_NB_N * (duration / 3.0), start.yaw_NB, limits)
+
+    @property
+    def duration(self) -> float:
+        """See ``LeaderPath``."""
+        return max(self._position.duration, self._turn.duration)
+
+    def at(self, elapsed: Array) -> LeaderReference:
+        """See ``LeaderPath``."""
+        v_NB_N = np.stack([self._position.velocity_at(float(each))[0] for each in elapsed])
+        yaw_NB = self._yaw_NB + self._turn.at(elapsed)[0, :, 0]
+        return LeaderReference(self._position.at(elapsed)[0], v_NB_N, yaw_NB)
+
+
+class PhasesPath:
+    """The phases of a scenario, flown from where the leader is: turned and moved as a whole.
+
+    Args:
+        config: the scenario.
+        start: at the begin, at rest.
+        horizon: time for which the motion of the last phase continues after its end [s].
+    """
+
+    def __init__(self, config: ScenarioConfig, start: LeaderState, horizon: float) -> None:
+        n_extra = int(np.ceil(horizon / config.controller.period - 1e-9))
+        self._trajectory = LeaderTrajectory(config, n_extra)
+        self._last_ns = config.period_ns * (round(config.duration / config.controller.period) + n_extra)
+        self._origin_N = np.array(config.start.position)
+        self._start = start
+        self._turn = start.yaw_NB - config.start.yaw
+        self.duration = config.duration
+        """See ``LeaderPath``, except that the leader may still move at the end."""
+
+    def at(self, elapsed: Array) -> LeaderReference:
+        """See ``LeaderPath``."""
+        stamps_ns = np.minimum(np.rint(elapsed * NANOSECONDS_PER_SECOND).astype(np.int64), self._last_ns)
+        found = self._trajectory.at(stamps_ns)
+        cosine, sine = np.cos(self._turn), np.sin(self._turn)
+        R = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        return LeaderReference(
+            self._start.p_NB_N + (found.p_NB_N - self._origin_N) @ R.T,
+            found.v_NB_N @ R.T,
+            found.yaw_NB + self._turn,
+        )

@@ -1,0 +1,199 @@
+"""The mission of a team in the air on request: hover, fly the phases, go to a place, follow a trajectory."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from relform_controller.reference.form_up import StartPoses
+from relform_controller.reference.formation import FormationSchedule
+from relform_controller.reference.leader_path import LeaderPath, LeaderState, PhasesPath, Transfer
+from relform_controller.reference.mission import MissionReference
+from relform_controller.reference.timed_path import TimedPath
+from relform_core.arrays import Array, Integers
+from relform_core.errors import ConfigError
+from relform_core.obstacles import clearance
+from relform_core.scenario_config import ScenarioConfig
+from relform_core.schema import Vector3
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+HOVER, GO_TO, FOLLOW = "(hover)", "(go to)", "(trajectory)"
+"""Names in telemetry of what the leader does between the phases of the scenario."""
+_SAMPLES_PER_S = 20.0
+"""Number of points at which the way of the team is checked, by time."""
+
+
+class OnlineMission:
+    """The leader flies what it was last asked to, then hovers; the formation is the last one asked for.
+
+    Implements ``Mission``. A request applies from the next control step on, and is checked when it is made.
+    While the phases of the scenario are flown, they change the formation as well.
+    """
+
+    def __init__(self, config: ScenarioConfig) -> None:
+        self._config = config
+        self._limits = config.controller.leader_motion
+        self._flies_around_obstacles = config.controller.constraints.keep_out is not None
+        only_first = {"phases": config.phases[:1]}  # the others are flown on request
+        self._schedule = FormationSchedule(config.model_copy(update=only_first))
+        self._path: LeaderPath | None = None
+        """None: where the leader is was not said yet."""
+        self._path_start_ns = 0
+        self._doing = HOVER
+        self._phase = -1
+        """Index of the phase that is flown; -1: none."""
+
+    @property
+    def formation(self) -> Mapping[str, Vector3]:
+        """See ``Mission``."""
+        return self._schedule.by_follower
+
+    @property
+    def is_resting(self) -> bool:
+        """Whether the leader has come to rest, in formation, at the next control step."""
+        next_ns = self._schedule.next_ns
+        return self._left(next_ns) <= 0.0 and self._phase < 0 and not self._schedule.is_changing(next_ns)
+
+    def check_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """See ``Mission``; no vehicle may get to the ground or into an obstacle on the leader's way."""
+        if formation != self.formation:
+            self._schedule.check(formation)
+            self._check_way(self._flown, self._elapsed(self._schedule.next_ns), [formation])
+
+    def set_formation(self, formation: Mapping[str, Vector3]) -> None:
+        """See ``Mission``."""
+        self.check_formation(formation)
+        self._schedule.request(formation)
+
+    def start(self) -> None:
+        """Fly the phases of the scenario, from where the leader is.
+
+        Raises:
+            ConfigError: the team would come to the ground or into an obstacle, or cannot change from its
+                present formation to the first one.
+        """
+        controller = self._config.controller
+        lead = self._config.command_lead_ns / NANOSECONDS_PER_SECOND
+        path = PhasesPath(self._config, self._state(), lead + controller.horizon)
+        first = self._config.formations[self._config.phases[0].formation]
+        if first != self.formation:
+            self._schedule.check(first)
+        formations = [self._config.formations[phase.formation] for phase in self._config.phases]
+        self._check_way(path, 0.0, [self.formation, *formations])
+        self._begin(path, self._config.phases[0].name)
+        self._phase = 0
+        self._schedule.request(first)
+
+    def hover(self) -> None:
+        """Brake, and stay."""
+        self._begin(Transfer.to_rest(self._state(), self._limits), HOVER)
+
+    def go_to(self, p_NB_N: Array, yaw_NB: float) -> None:
+        """Take the leader to a place, and stay there.
+
+        Args:
+            p_NB_N: [m], shape (3,).
+            yaw_NB: [rad]; NaN: as it is.
+        Raises:
+            ConfigError: the place is not finite, or the team would come to the ground or into an obstacle.
+        """
+        if not np.isfinite(p_NB_N).all() or math.isinf(yaw_NB):
+            raise ConfigError(f"go_to needs a finite place (got {p_NB_N.tolist()} m, {yaw_NB:g} rad)")
+        state = self._state()
+        path = Transfer(state, p_NB_N, state.yaw_NB if math.isnan(yaw_NB) else yaw_NB, self._limits)
+        self._check_way(path, 0.0, [self.formation])
+        self._begin(path, GO_TO)
+
+    def follow_trajectory(self, rows: Array) -> None:
+        """Take the leader along a trajectory, and stay at its end.
+
+        Args:
+            rows: see ``TimedPath``.
+        Raises:
+            ConfigError: see ``TimedPath``; or the team would come to the ground or into an obstacle.
+        """
+        path = TimedPath(self._state(), rows, self._limits)
+        self._check_way(path, 0.0, [self.formation])
+        self._begin(path, FOLLOW)
+
+    def hold(self, poses: StartPoses) -> None:
+        """See ``Mission``; the leader stays where it was at the first call."""
+        if self._path is None:
+            place = LeaderState.at_rest(poses.p_NB_N, poses.yaw_NB)
+            self._path = Transfer(place, place.p_NB_N, place.yaw_NB, self._limits)
+        self._schedule.hold(poses)
+
+    def advance(self, stamp_ns: int) -> None:
+        """See ``Mission``."""
+        if self._phase >= 0:
+            self._advance_phase(stamp_ns)
+        self._schedule.advance(stamp_ns)
+
+    def reference(self, stamps_ns: Integers) -> MissionReference:
+        """See ``Mission``."""
+        since = np.maximum((stamps_ns - self._path_start_ns) / NANOSECONDS_PER_SECOND, 0.0)
+        return MissionReference(
+            phase=self._doing if self._left(int(stamps_ns[0])) > 0.0 or self._phase >= 0 else HOVER,
+            leader=self._flown.at(since),
+            p_B1B2_C1=self._schedule.reference(stamps_ns),
+            p_B1B2_C1__target=self._schedule.target,
+        )
+
+    @property
+    def _flown(self) -> LeaderPath:
+        if self._path is None:
+            raise ValueError("the mission was not told where the leader is")
+        return self._path
+
+    def _elapsed(self, stamp_ns: int) -> float:
+        """Time since the begin of the leader's path [s]."""
+        return max(0.0, (stamp_ns - self._path_start_ns) / NANOSECONDS_PER_SECOND)
+
+    def _left(self, stamp_ns: int) -> float:
+        return self._flown.duration - self._elapsed(stamp_ns)
+
+    def _state(self) -> LeaderState:
+        """The leader's reference at the next control step."""
+        found = self._flown.at(np.array([self._elapsed(self._schedule.next_ns)]))
+        return LeaderState(found.p_NB_N[0], found.v_NB_N[0], float(found.yaw_NB[0]))
+
+    def _begin(self, path: LeaderPath, doing: str) -> None:
+        self._path, self._path_start_ns = path, self._schedule.next_ns
+        self._doing, self._phase = doing, -1
+
+    def _advance_phase(self, stamp_ns: int) -> None:
+        """Fly the next phase, or brake after the last one, when it is time."""
+        step = (stamp_ns - self._path_start_ns) // self._config.period_ns
+        if self._left(stamp_ns) <= 0.0:
+            self.hover()
+            return
+        index = self._config.phase_index(max(step, 0))
+        if index != self._phase:
+            phase = self._config.phases[index]
+            if phase.formation != self._config.phases[self._phase].formation:
+                self._schedule.request(self._config.formations[phase.formation], phase)
+            self._phase, self._doing = index, phase.name
+
+    def _check_way(self, path: LeaderPath, since: float, formations: Sequence[Mapping[str, Vector3]]) -> None:
+        """Raise ConfigError if a vehicle would get to the ground or into an obstacle."""
+        n_samples = 2 + math.ceil(max(0.0, path.duration - since) * _SAMPLES_PER_S)
+        way = path.at(np.linspace(since, max(since, path.duration), n_samples))
+        needed = self._config.vehicle.collision_radius
+        cosine, sine, zero = np.cos(way.yaw_NB), np.sin(way.yaw_NB), np.zeros_like(way.yaw_NB)
+        R_NC = np.array([[cosine, -sine, zero], [sine, cosine, zero], [zero, zero, zero + 1.0]])
+        places = {(self._config.team.leader, (0.0, 0.0, 0.0))}
+        places |= {each for formation in formations for each in formation.items()}
+        for vehicle, place in sorted(places):
+            p_NB_N = way.p_NB_N + np.einsum("ijt,j->ti", R_NC, np.array(place))
+            if (lowest := float(p_NB_N[:, 2].min())) < needed:
+                raise ConfigError(
+                    f"'{vehicle}' would come to {lowest:.2f} m above the ground, at least {needed:g} m are "
+                    "needed"
+                )
+            if self._flies_around_obstacles:
+                continue
+            if (free := float(clearance(self._config.obstacles, p_NB_N).min())) < needed:
+                raise ConfigError(
+                    f"'{vehicle}' would come within {free:.2f} m of an obstacle, at least {needed:g} m are "
+                    "needed"
+                )
