@@ -40,6 +40,7 @@ setup(
             "bench_ros = relform_bringup.cpu_per_step:main",
             "composed = relform_bringup.nodes.composed:main",
             "fly = relform_bringup.command:main",
+            "visualization = relform_bringup.nodes.visualization:main",
         ]
     },
 )

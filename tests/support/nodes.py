@@ -14,6 +14,7 @@ OTHERS = {
     "controller": ("relform_controller", "controller"),
     "clock": ("relform_sim", "clock"),
     "recorder": ("relform_bags", "recorder"),
+    "visualization": ("relform_bringup", "visualization"),
 }
 HOVER = "{kind: hover, ramp_s: 0.0}"
 
@@ -60,7 +61,7 @@ class Nodes:
             process.communicate()
 
     def start(self, name: str, *parameters: str, arguments: Sequence[str] = ()) -> subprocess.Popen[str]:
-        """Start a vehicle, the ``controller``, the ``clock`` or the ``recorder``."""
+        """Start a vehicle, the ``controller``, the ``clock``, the ``recorder`` or the ``visualization``."""
         given = (part for each in parameters for part in ("-p", each))
         arguments = [*self._arguments, *given, *arguments]
         if name in self._vehicles:

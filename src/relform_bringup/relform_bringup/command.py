@@ -40,10 +40,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES)
     with interruption_noted() as interruption:
         scenario = load_scenario(options.scenario, options.overrides, options.seed)
-        check_installation(options.record, options.composed)
+        check_installation(options.record, options.composed, options.visualize)
         with claimed_domain() as domain_id:
             folder = create_run_folder(scenario, options.out, datetime.now())
-            flight = Flight(scenario, folder, options.record, options.composed, domain_id, interruption)
+            flight = Flight(
+                scenario,
+                folder,
+                options.record,
+                options.composed,
+                domain_id,
+                interruption,
+                visualize=options.visualize,
+            )
             flown = flight.fly(console)
     match flown.ending:
         case Ending(Outcome.INTERRUPTED, reason):
@@ -105,5 +113,10 @@ def _parser() -> CommandParser:
         "--composed",
         action="store_true",
         help="run all nodes in one process, with a quarter of the CPU time (default: a process per node)",
+    )
+    parser.add_argument(
+        "--visualize",
+        action="store_true",
+        help="publish /tf, markers, paths and vehicle models for RViz and the like (default: no such topics)",
     )
     return parser

@@ -25,7 +25,13 @@ from relform_core.errors import BagError, FlightError
 from relform_core.exit_codes import NodeExit
 from relform_core.installed import executable
 from relform_core.load import LoadedScenario
-from relform_core.names import CLOCK_NODE, MONITOR_NODE, RECORDER_NODE, vehicle_node
+from relform_core.names import (
+    CLOCK_NODE,
+    MONITOR_NODE,
+    RECORDER_NODE,
+    VISUALIZATION_NODE,
+    vehicle_node,
+)
 from relform_core.roster import Roster
 from relform_core.run_folder import RunFolder
 
@@ -38,6 +44,7 @@ CONTROLLER = ("relform_controller", "controller")
 CLOCK = ("relform_sim", "clock")
 RECORDER = ("relform_bags", "recorder")
 COMPOSED = ("relform_bringup", "composed")
+VISUALIZATION = ("relform_bringup", "visualization")
 COMPOSED_NAME = "the process of all nodes"
 WATCH_S = 0.02
 """Period at which the processes are checked."""
@@ -55,7 +62,7 @@ class FlownFlight:
     ending: Ending
 
 
-def check_installation(record: bool, composed: bool) -> None:
+def check_installation(record: bool, composed: bool, visualize: bool = False) -> None:
     """Check that everything that a flight starts is installed; arguments as of ``Flight``.
 
     Raises:
@@ -63,7 +70,8 @@ def check_installation(record: bool, composed: bool) -> None:
     """
     find_setpriv()
     apart = (QUADROTOR, CONTROLLER, CLOCK, *((RECORDER,) if record else ()))
-    for package, name in (COMPOSED,) if composed else apart:
+    beside = (VISUALIZATION,) if visualize else ()
+    for package, name in (*((COMPOSED,) if composed else apart), *beside):
         executable(package, name)
 
 
@@ -77,6 +85,7 @@ class Flight:
         domain_id: ROS domain of the nodes.
         interruption: signals of the user, which end the flight.
         on_step: called at the end of each step with its number and the process ids of the nodes.
+        visualize: whether the node ``visualization`` runs beside the flight, which does not need it.
     """
 
     def __init__(
@@ -88,6 +97,7 @@ class Flight:
         domain_id: int,
         interruption: Interruption,
         on_step: Callable[[int, Mapping[str, int]], None] | None = None,
+        visualize: bool = False,
     ) -> None:
         self._on_step = on_step
         self._scenario = scenario
@@ -96,6 +106,9 @@ class Flight:
         self._interruption = interruption
         self._observers = [RECORDER_NODE, MONITOR_NODE] if record else [MONITOR_NODE]
         self._supervisor = Supervisor(folder.log)
+        self._visualize = visualize
+        self._beside = Supervisor(folder.log)
+        """What the flight does not need."""
         self._roster = Roster.of(scenario.config, self._observers)
         self._composed = composed
         self._clock: Child | None = None
@@ -126,6 +139,9 @@ class Flight:
                     if self._steps is not None:
                         self._steps.close()  # nothing waits until a step is read from it
                     self._supervisor.stop(first=self._recorder)
+                    for child in self._beside.ended():
+                        display.message(child.epitaph())
+                    self._beside.stop()
         except InterruptionError as error:
             outcome, reason = Outcome.INTERRUPTED, str(error)
         except FlightError as error:
@@ -149,6 +165,8 @@ class Flight:
         # The name of the node, because the other nodes of its process have no such parameter.
         bag = f"{RECORDER_NODE.strip('/')}:output:={json.dumps(str(self._folder.bag))}"
         output = ("-p", bag) if record else ()
+        if self._visualize:
+            self._beside.start(VISUALIZATION_NODE, self._command(VISUALIZATION))
         # If this process is killed, the kernel sends SIGINT to the recorder, which then closes the bag.
         if self._composed:
             self._start_composed(output)
@@ -164,7 +182,7 @@ class Flight:
     def _start_composed(self, output: Sequence[str]) -> None:
         self._steps, sender = Pipe(duplex=False)
         pipe = ("-p", f"{MONITOR_NODE.strip('/')}:pipe:={sender.fileno()}")
-        command = self._command(COMPOSED, *pipe, *output)
+        command = self._member_command(COMPOSED, *pipe, *output)
         self._clock = self._supervisor.start(COMPOSED_NAME, command, "INT", "composed", [sender.fileno()])
         self._recorder = self._clock if output else None
         sender.close()
@@ -172,14 +190,15 @@ class Flight:
     def _start_node(
         self, node: str, program: tuple[str, str], *arguments: str, dies_by: str = "KILL"
     ) -> Child:
-        return self._supervisor.start(node, self._command(program, *arguments), dies_by)
+        return self._supervisor.start(node, self._member_command(program, *arguments), dies_by)
 
-    def _command(self, program: tuple[str, str], *arguments: str) -> list[str]:
-        command = [executable(*program), "--ros-args", "--disable-external-lib-logs"]
-        # The values are YAML; JSON is YAML too, and quotes any path correctly.
-        for parameter, value in (("scenario", str(self._folder.config)), ("observers", self._observers)):
-            command += ["-p", f"{parameter}:={json.dumps(value)}"]
-        return [*command, *arguments]
+    def _member_command(self, program: tuple[str, str], *arguments: str) -> list[str]:
+        return [*self._command(program), "-p", f"observers:={json.dumps(self._observers)}", *arguments]
+
+    def _command(self, program: tuple[str, str]) -> list[str]:
+        # The value is YAML; JSON is YAML too, and quotes any path correctly.
+        scenario = ("-p", f"scenario:={json.dumps(str(self._folder.config))}")
+        return [executable(*program), "--ros-args", "--disable-external-lib-logs", *scenario]
 
     def _watch_flight(self, display: FlightDisplay, store: MessageStore) -> None:
         self._interruption.check()
