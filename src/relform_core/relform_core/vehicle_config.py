@@ -41,6 +41,8 @@ class VehicleConfig(Schema):
     inertia_std: Annotated[float, Field(alias="inertia_std_percent", ge=0.0, lt=20.0), PERCENT]
     collision_radius: Annotated[Positive, Field(alias="collision_radius_m")]
     """Two vehicles collide when their centres are closer than the sum of their radii."""
+    leg_height: Annotated[Positive, Field(alias="leg_height_m")] = 0.1
+    """Height of the body origin of a vehicle that stands on the ground, on legs below its rotors."""
     tilt_max: Annotated[float, Field(alias="tilt_max_deg", gt=0.0, le=180.0), DEGREES]
     """A tilt beyond this is a fault, which ends the flight."""
     failsafe: FailsafeConfig

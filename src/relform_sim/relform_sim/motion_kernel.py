@@ -1,11 +1,13 @@
 """The motion of a vehicle in C (``motion.c``), equal bit for bit to the reference."""
 
 import ctypes
+import math
 from functools import cache
 from importlib import resources
 
 from relform_core.c_library import NoCompilerError, shared_library
 from relform_core.units import GRAVITY
+from relform_sim.contact import FRICTION
 from relform_sim.integrate import State
 from relform_sim.motion import Inputs, Motion, ReferenceMotion
 from relform_sim.rigid_body import Body
@@ -40,6 +42,12 @@ class _Vehicle(ctypes.Structure):
         ("thrust_coefficient", ctypes.c_double),
         ("torque_coefficient", ctypes.c_double),
         ("drag_coefficient", ctypes.c_double * 3),
+        ("spread", ctypes.c_double),
+        ("length", ctypes.c_double),
+        ("stiffness", ctypes.c_double),
+        ("damping", ctypes.c_double),
+        ("grip", ctypes.c_double),
+        ("reach", ctypes.c_double),
         ("step", ctypes.c_double),
         ("rotor_time_constant", ctypes.c_double),
         ("rotor_speeds", ctypes.c_double * 4),
@@ -71,9 +79,13 @@ class CompiledMotion:
             thrust_coefficient=body.thrust_coefficient,
             torque_coefficient=body.torque_coefficient,
             drag_coefficient=body.drag_coefficient,
+            reach=-math.inf,
             step=step,
             rotor_time_constant=rotor_time_constant,
         )
+        if (legs := body.legs) is not None:
+            for name in ("spread", "length", "stiffness", "damping", "grip", "reach"):
+                setattr(self._vehicle, name, getattr(legs, name))
 
     def after(self, n_steps: int, state: State, inputs: Inputs) -> State:
         """See ``Motion``."""
@@ -91,7 +103,8 @@ class CompiledMotion:
 def _library() -> ctypes.CDLL:
     """The library, with typed functions."""
     text = resources.files(__package__).joinpath("motion.c").read_text()
-    library = ctypes.CDLL(str(shared_library(f"#define GRAVITY {GRAVITY!r}\n{text}", FLAGS)))
+    constants = f"#define GRAVITY {GRAVITY!r}\n#define FRICTION {FRICTION!r}\n"
+    library = ctypes.CDLL(str(shared_library(constants + text, FLAGS)))
     library.advance.argtypes = [ctypes.c_void_p, ctypes.c_long]
     library.advance.restype = None
     return library

@@ -6,6 +6,7 @@ from relform_core.arrays import Array
 from relform_core.measurements import Odometry
 from relform_core.schema import Vector3
 from relform_core.units import GRAVITY
+from relform_sim.contact import touches
 from relform_sim.integrate import State
 from relform_sim.motion import Inputs
 from relform_sim.motion_kernel import make_motion
@@ -72,6 +73,12 @@ class Plant:
             pose_covariance=np.zeros((6, 6)),
             twist_covariance=np.zeros((6, 6)),
         )
+
+    @property
+    def touches_ground(self) -> bool:
+        """Whether a leg is on the ground; false where there is none."""
+        legs = self._body.legs
+        return legs is not None and touches(legs, self._state[2], rotation_rows(self._state[6:10]))
 
     def specific_force(self) -> Array:
         """True f_NB_B [m/s^2], shape (3,), at the end of the last interval and under its inputs."""

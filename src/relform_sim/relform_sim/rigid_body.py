@@ -12,6 +12,7 @@ import numpy as np
 from relform_core.schema import Vector3
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import VehicleConfig
+from relform_sim.contact import Legs, ground_forces
 from relform_sim.integrate import State
 
 UNCERTAINTY_LIMIT = 3.0
@@ -29,6 +30,8 @@ class Body:
     thrust_coefficient: float
     torque_coefficient: float
     drag_coefficient: Vector3
+    legs: Legs | None = None
+    """None: there is no ground."""
 
 
 @dataclass(frozen=True)
@@ -39,20 +42,23 @@ class Wrench:
     torque: Vector3
 
 
-def draw_body(config: VehicleConfig, generator: np.random.Generator) -> Body:
-    """The true vehicle: nominal, with a random mass and random moments of inertia."""
+def draw_body(config: VehicleConfig, generator: np.random.Generator, *, has_ground: bool = False) -> Body:
+    """The true vehicle: nominal, with a random mass and random moments of inertia; above a ground or not."""
     draws = np.clip(generator.standard_normal(4), -UNCERTAINTY_LIMIT, UNCERTAINTY_LIMIT).tolist()
     x, y, z = (
         nominal * (1.0 + config.inertia_std * draw)
         for nominal, draw in zip(config.inertia, draws[1:], strict=True)
     )
+    mass = config.mass * (1.0 + config.mass_std * draws[0])
+    inertia = (x, y, z)
     return Body(
-        mass=config.mass * (1.0 + config.mass_std * draws[0]),
-        inertia=(x, y, z),
+        mass=mass,
+        inertia=inertia,
         arm_length=config.arm_length,
         thrust_coefficient=config.thrust_coefficient,
         torque_coefficient=config.torque_coefficient,
         drag_coefficient=config.drag_coefficient,
+        legs=Legs.under(mass, inertia, config.arm_length, config.leg_height) if has_ground else None,
     )
 
 
@@ -97,12 +103,18 @@ def rigid_body_rate(body: Body, wrench: Wrench, wind_N: Vector3, state: State) -
     Args:
         wind_N: external force in the world frame [N].
     """
-    _, _, _, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = state
-    (r11, r12, r13), (r21, r22, r23), (r31, r32, r33) = rotation_rows((qx, qy, qz, qw))
+    _, _, height, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = state
+    R_NB = rotation_rows((qx, qy, qz, qw))
+    (r11, r12, r13), (r21, r22, r23), (r31, r32, r33) = R_NB
     m = body.mass
     ix, iy, iz = body.inertia
     tau_x, tau_y, tau_z = wrench.torque
     dx, dy, dz = body.drag_coefficient
+    external_x, external_y, external_z = wind_N
+    if body.legs is not None and height < body.legs.reach:
+        (force_x, force_y, force_z), (torque_x, torque_y, torque_z) = ground_forces(body.legs, R_NB, state)
+        external_x, external_y, external_z = external_x + force_x, external_y + force_y, external_z + force_z
+        tau_x, tau_y, tau_z = tau_x + torque_x, tau_y + torque_y, tau_z + torque_z
 
     # F_B = thrust along body z - linear drag on v_B = R_NB^T v_N
     fx = -dx * (r11 * vx + r21 * vy + r31 * vz)
@@ -115,10 +127,10 @@ def rigid_body_rate(body: Body, wrench: Wrench, wind_N: Vector3, state: State) -
         vx,
         vy,
         vz,
-        # Dynamics2: m v' = m g + R_NB F_B + wind
-        (r11 * fx + r12 * fy + r13 * fz + wind_N[0]) / m,
-        (r21 * fx + r22 * fy + r23 * fz + wind_N[1]) / m,
-        (r31 * fx + r32 * fy + r33 * fz + wind_N[2]) / m - GRAVITY,
+        # Dynamics2: m v' = m g + R_NB F_B + wind and ground
+        (r11 * fx + r12 * fy + r13 * fz + external_x) / m,
+        (r21 * fx + r22 * fy + r23 * fz + external_y) / m,
+        (r31 * fx + r32 * fy + r33 * fz + external_z) / m - GRAVITY,
         # in place of Dynamics3 (Euler angles): q' = q * (w, 0) / 2
         0.5 * (qw * wx + qy * wz - qz * wy),
         0.5 * (qw * wy + qz * wx - qx * wz),

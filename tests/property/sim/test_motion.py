@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import relform_sim.plant
 from relform_sim import motion_kernel
+from relform_sim.contact import Legs
 from relform_sim.motion import Inputs, Motion, ReferenceMotion
 from relform_sim.motion_kernel import CompiledMotion, make_motion
 from support.bodies import BODY
@@ -18,6 +19,7 @@ from support.flights import AGILE, all_speeds, record
 from support.scenarios import paper_scenario
 
 DRAGGED = dataclasses.replace(BODY, drag_coefficient=(0.3, 0.2, 0.1))
+ON_LEGS = dataclasses.replace(DRAGGED, legs=Legs.under(BODY.mass, BODY.inertia, BODY.arm_length, 0.1))
 
 
 def numbers(count: int, size: float) -> st.SearchStrategy[tuple[float, ...]]:
@@ -63,6 +65,48 @@ def test_equal_to_the_last_bit(
         kind(DRAGGED, step, lag).after(n_steps, state, inputs) for kind in (CompiledMotion, ReferenceMotion)
     )
     assert bits(compiled) == bits(reference)
+
+
+@given(
+    height=st.floats(0.0, 0.25),
+    velocity=numbers(3, 2.0),
+    q_NB=quaternions,
+    tilt=st.floats(0.0, 1.0),
+    w_NB_B=numbers(3, 3.0),
+    commanded=speeds,
+    wind_N=numbers(3, 2.0),
+)
+def test_equal_on_the_ground(
+    height: float,
+    velocity: tuple[float, ...],
+    q_NB: tuple[float, ...],
+    tilt: float,
+    w_NB_B: tuple[float, ...],
+    commanded: tuple[float, ...],
+    wind_N: tuple[float, float, float],
+) -> None:
+    """Any yaw, and a tilt between none and any, over what a vehicle does in one control period."""
+    tilted = (tilt * q_NB[0], tilt * q_NB[1], q_NB[2], q_NB[3] + 0.2)
+    length = math.hypot(*tilted) or 1.0
+    state = (0.4, -0.7, height, *velocity, *(each / length for each in tilted), *w_NB_B)
+    inputs = Inputs((150.0,) * 4, commanded, wind_N, 1.0)
+    compiled, reference = (
+        kind(ON_LEGS, 0.005, 0.03).after(10, state, inputs) for kind in (CompiledMotion, ReferenceMotion)
+    )
+    assert bits(compiled) == bits(reference)
+
+
+@given(velocity=numbers(3, 5.0), q_NB=quaternions, commanded=speeds)
+def test_legs_in_the_air_change_nothing(
+    velocity: tuple[float, ...], q_NB: tuple[float, ...], commanded: tuple[float, ...]
+) -> None:
+    length = math.hypot(*q_NB)
+    state = (0.4, -0.7, 1.5, *velocity, *(each / length for each in q_NB), 0.3, -0.2, 0.1)
+    inputs = Inputs(commanded, commanded, (0.1, 0.2, -0.3), 1.0)
+    with_legs, without = (
+        CompiledMotion(body, 0.005, 0.0).after(10, state, inputs) for body in (ON_LEGS, DRAGGED)
+    )
+    assert bits(with_legs) == bits(without)
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.04])

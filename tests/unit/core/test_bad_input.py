@@ -108,7 +108,7 @@ def replace_by(value: Any) -> Callable[[Any, Path_], None]:
     return replace
 
 
-OPTIONAL = {"sensing", "estimator", "formation_step", "links", "obstacles"}
+OPTIONAL = {"sensing", "estimator", "formation_step", "links", "obstacles", "leg_height_m"}
 """Keys that a file may leave out, with all keys below them."""
 
 
@@ -244,6 +244,7 @@ OUT_OF_RANGE: dict[str, dict[str, tuple[float, str] | None]] = {
         "mass_std_percent": (20, "less than 20"),
         "inertia_std_percent": NOT_NEGATIVE,
         "collision_radius_m": POSITIVE,
+        "leg_height_m": POSITIVE,
         "tilt_max_deg": (181, "less than or equal to 180"),
         "failsafe.plan_max_s": (10.5, "less than or equal to 10"),
         "failsafe.descent_speed_m_s": POSITIVE,
