@@ -63,10 +63,10 @@ static void by_stage(const Team *t, const double *row, double *z, double *u) {
   }
 }
 
-/* G of stage k without its own cost: G_zz into P_k, G_uz and G_uu. */
+/* G of stage k without its own cost: G_zz into P_k, G_uz into Y, and G_uu. */
 static void propagate(Team *t, long k) {
   const long n = t->n, nz = n * NZS, nu = n * NU;
-  double *G_uz = t->G_uz + k * nu * nz, *G_uu = t->G_uu + k * nu * nu;
+  double *G_uz = t->Y + k * nu * nz, *G_uu = t->G_uu + k * nu * nu;
   for (long i = 0; i < n; ++i)
     for (long j = i; j < n; ++j) {
       const double *P = block_of(t, blocks_of_stage(t, k + 1), i, j);
@@ -106,7 +106,7 @@ static void propagate(Team *t, long k) {
 /* Add the Hessian of the vehicles' terms at stage k < N. */
 static void add_vehicles(Team *t, long k) {
   const long n = t->n, nz = n * NZS, nu = n * NU;
-  double *G_uz = t->G_uz + k * nu * nz, *G_uu = t->G_uu + k * nu * nu;
+  double *G_uz = t->Y + k * nu * nz, *G_uu = t->G_uu + k * nu * nu;
   for (long i = 0; i < n; ++i) {
     const long item = i * t->N + k;
     const double *value = (const double *)(t->vehicle_out + item / LANES * VEHICLE_OUT) + item % LANES;
@@ -159,11 +159,11 @@ static void add_leader_and_pairs(Team *t, long k) {
   }
 }
 
-/* L L' = G_ff, Y = L^-1 G_fz, P_k = G_zz - Y' Y. Rows of fixed commands become zero. Returns whether G_ff is
- * positive definite. */
+/* L L' = G_ff, Y = L^-1 G_fz, P_k = G_zz - Y' Y. Rows of fixed commands remain those of G_uz. Returns whether
+ * G_ff is positive definite. */
 static int eliminate(Team *t, long k) {
   const long n = t->n, nz = n * NZS, nu = n * NU;
-  const double *G_uz = t->G_uz + k * nu * nz, *G_uu = t->G_uu + k * nu * nu;
+  const double *G_uu = t->G_uu + k * nu * nu;
   double *U = t->U + k * nu * nu, *Y = t->Y + k * nu * nz;
   const signed char *side = t->side + k * nu;
   for (long a = 0; a < nu; ++a) {
@@ -177,10 +177,13 @@ static int eliminate(Team *t, long k) {
     const double scale = 1.0 / __builtin_sqrt(row[a]);
     for (long b = a; b < nu; ++b) row[b] *= scale;
   }
+  long free[nu], n_free = 0;
+  for (long a = 0; a < nu; ++a)
+    if (!side[a]) free[n_free++] = a;
   for (long panel = 0; panel < nu; panel += 4) {
     for (long c = 0; c < nz; c += LANES) {
       lanes sum[4];
-      for (int a = 0; a < 4; ++a) sum[a] = side[panel + a] ? all_lanes(0.0) : *(const lanes *)(G_uz + (panel + a) * nz + c);
+      for (int a = 0; a < 4; ++a) sum[a] = *(const lanes *)(Y + (panel + a) * nz + c);
       for (long s = 0; s < panel; ++s) {
         const lanes above = *(const lanes *)(Y + s * nz + c);
         for (int a = 0; a < 4; ++a) sum[a] -= U[s * nu + panel + a] * above;
@@ -199,8 +202,8 @@ static int eliminate(Team *t, long k) {
         if (NZS == 2 * LANES && i == j && a >= LANES) { /* only what is above the diagonal */
           lanes sum[4];
           for (int b = 0; b < 4; ++b) sum[b] = *(const lanes *)(P + (a + b) * NZS + LANES);
-          for (long s = 0; s < nu; ++s) {
-            const double *y = Y + s * nz + i * NZS;
+          for (long f = 0; f < n_free; ++f) {
+            const double *y = Y + free[f] * nz + i * NZS;
             for (int b = 0; b < 4; ++b) sum[b] -= y[a + b] * *(const lanes *)(y + LANES);
           }
           for (int b = 0; b < 4; ++b) *(lanes *)(P + (a + b) * NZS + LANES) = sum[b];
@@ -209,8 +212,8 @@ static int eliminate(Team *t, long k) {
         lanes sum[4][NZS / LANES];
         for (int b = 0; b < 4; ++b)
           for (int v = 0; v < NZS / LANES; ++v) sum[b][v] = *(const lanes *)(P + (a + b) * NZS + v * LANES);
-        for (long s = 0; s < nu; ++s) {
-          const double *y = Y + s * nz;
+        for (long f = 0; f < n_free; ++f) {
+          const double *y = Y + free[f] * nz;
           for (int b = 0; b < 4; ++b)
             for (int v = 0; v < NZS / LANES; ++v)
               sum[b][v] -= y[i * NZS + a + b] * *(const lanes *)(y + j * NZS + v * LANES);
@@ -273,7 +276,7 @@ static void sweep_back(Team *t, long last) {
     for (long c = 0; c < nu; ++c)
       if (side[c]) {
         const double w = bound_of(t, k, c, side[c]);
-        const double *G_uu = t->G_uu + (k * nu + c) * nu, *G_uz = t->G_uz + (k * nu + c) * nz;
+        const double *G_uu = t->G_uu + (k * nu + c) * nu, *G_uz = Y + c * nz;
         for (long a = 0; a < nu; ++a) g_u[a] += w * G_uu[a];
         for (long a = 0; a < nz; ++a) p[a] += w * G_uz[a];
       }
@@ -324,7 +327,7 @@ static void sweep_forward(Team *t) {
     for (long a = 0; a < nu; ++a) {
       slope[a] = 0.0;
       if (side[a]) {
-        const double *G_uu = t->G_uu + (k * nu + a) * nu, *G_uz = t->G_uz + (k * nu + a) * nz;
+        const double *G_uu = t->G_uu + (k * nu + a) * nu, *G_uz = Y + a * nz;
         double sum = t->g_u[k * nu + a] + dot(G_uz, dz, nz);
         for (long b = 0; b < nu; ++b) sum += side[b] ? 0.0 : G_uu[b] * du[b];
         slope[a] = sum;
