@@ -1,0 +1,1 @@
+"""The node that reads a running flight."""

@@ -1,0 +1,1 @@
+"""What a view of a flight shows, without ROS and without a browser."""

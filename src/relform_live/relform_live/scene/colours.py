@@ -1,0 +1,45 @@
+"""Colours of vehicles and errors, as (red, green, blue) from 0 to 255."""
+
+import numpy as np
+import numpy.typing as npt
+
+from relform_core.arrays import Array
+
+Rgb = tuple[int, int, int]
+Colours = npt.NDArray[np.uint8]
+
+LEADER: Rgb = (230, 159, 0)
+FOLLOWERS: tuple[Rgb, ...] = (
+    (86, 180, 233),
+    (0, 158, 115),
+    (204, 121, 167),
+    (213, 94, 0),
+    (0, 114, 178),
+    (240, 228, 66),
+)
+"""The palette of Okabe and Ito: its colours differ for any colour vision, in the dark and in the light."""
+UNSEEN: Rgb = (128, 128, 128)
+"""A link over which nothing is measured."""
+TARGET: Rgb = (150, 150, 150)
+
+_ERRORS_M = np.array([0.0, 0.05, 0.15, 0.4])
+_ERROR_COLOURS = np.array([(38, 166, 154), (156, 204, 101), (255, 179, 0), (229, 57, 53)], dtype=np.float64)
+"""Teal, green, amber and red at these errors."""
+
+
+def of_vehicles(n_vehicles: int) -> Colours:
+    """One colour per vehicle in team order, leader first, shape (vehicle, 3)."""
+    followers = [FOLLOWERS[index % len(FOLLOWERS)] for index in range(n_vehicles - 1)]
+    return np.array([LEADER, *followers], dtype=np.uint8)
+
+
+def of_errors(errors: Array) -> Colours:
+    """Colours of errors [m], shape (error,) to (error, 3); grey where the error is NaN."""
+    colours = np.stack([np.interp(errors, _ERRORS_M, channel) for channel in _ERROR_COLOURS.T], axis=-1)
+    return np.where(np.isnan(errors)[:, None], UNSEEN, colours).astype(np.uint8)
+
+
+def css(colour: npt.ArrayLike) -> str:
+    """A colour in the notation of web pages."""
+    red, green, blue = (int(channel) for channel in np.asarray(colour))
+    return f"#{red:02x}{green:02x}{blue:02x}"

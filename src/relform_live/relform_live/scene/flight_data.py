@@ -1,0 +1,170 @@
+"""What is known of a flight: the newest that its topics have said, and a bounded log of what happened."""
+
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from relform_core.arrays import Array
+from relform_core.measurements import Odometry
+from relform_core.names import EstimatorMode, SolverState
+from relform_core.scenario_config import ScenarioConfig
+from relform_core.sensors.range_bearing import RangeBearings
+from relform_core.telemetry import (
+    Event,
+    FaultReported,
+    FormationSet,
+    ParametersSet,
+    PerStep,
+    SolverReport,
+    TeamReference,
+    TeamState,
+)
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_live.scene.track import Pose, Track, level, turned, yaw_of
+
+LOG_LINES = 40
+
+
+class Severity(Enum):
+    """How much a line of the log matters."""
+
+    NOTE = "note"
+    WARNING = "warning"
+    ERROR = "error"
+
+
+@dataclass(frozen=True)
+class LogLine:
+    """Something that happened."""
+
+    stamp_ns: int
+    text: str
+    severity: Severity = Severity.NOTE
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """Which others a vehicle saw at an instant."""
+
+    stamp_ns: int
+    targets: frozenset[str]
+
+
+class FlightData:
+    """Takes in the messages of a flight, each as an object of the core."""
+
+    def __init__(self, config: ScenarioConfig) -> None:
+        vehicles = config.team.vehicles
+        self.config = config
+        self.truths = {vehicle: Track() for vehicle in vehicles}
+        """What is simulated."""
+        self.estimates = {vehicle: Track() for vehicle in vehicles}
+        """What the controller believes, level because it says nothing of roll and pitch."""
+        self.leader_reference = Track()
+        self.state: PerStep[TeamState] | None = None
+        self.reference: PerStep[TeamReference] | None = None
+        self.solver: PerStep[SolverReport] | None = None
+        self.fallbacks = 0
+        """Control steps of this flight in which the solver was seen to fall back."""
+        self.sightings: dict[str, Sighting] = {}
+        """By observer."""
+        self.log: deque[LogLine] = deque(maxlen=LOG_LINES)
+
+    def take_truth(self, vehicle: str, odometry: Odometry) -> None:
+        """The true pose of a vehicle."""
+        self.truths[vehicle].add(Pose(odometry.stamp_ns, odometry.p_NB_N, odometry.q_NB))
+
+    def take_state(self, state: PerStep[TeamState]) -> None:
+        """The team as the controller sees it."""
+        before, team = self.state, state.value
+        self.state = state
+        if before is None or before.value.phase != team.phase:
+            self.note(state.stamp_ns, f"phase {team.phase}")
+        if team.estimator is not None:
+            known = None if before is None else before.value.estimator
+            mode = team.estimator.mode
+            if mode is EstimatorMode.DEGRADED and (known is None or known.mode is not mode):
+                self.note(state.stamp_ns, f"estimator degraded: {team.estimator.reason}", Severity.WARNING)
+        if team.leader is None:
+            return
+        leader, p_leader, yaw = self.config.team.leader, team.leader.p_NB_N, team.leader.yaw_NB
+        self.estimates[leader].add(Pose(state.stamp_ns, p_leader, level(yaw)))
+        for pair in team.pairs:
+            if pair.observer == leader and np.isfinite(pair.p_B1B2_C1__est).all():
+                place = p_leader + turned(yaw, pair.p_B1B2_C1__est)
+                self.estimates[pair.target].add(Pose(state.stamp_ns, place, level(yaw + pair.yaw_I1I2)))
+
+    def take_reference(self, reference: PerStep[TeamReference]) -> None:
+        """What the controller is asked to track."""
+        self.reference = reference
+        team = reference.value
+        self.leader_reference.add(Pose(reference.stamp_ns, team.p_NB_N, level(team.yaw_NB)))
+
+    def take_solver(self, report: PerStep[SolverReport]) -> None:
+        """What the solver did."""
+        before, solver = self.solver, report.value
+        if before is not None and report.stamp_ns < before.stamp_ns:
+            self.fallbacks = 0
+        self.solver = report
+        if solver.state is SolverState.FALLBACK:
+            self.fallbacks += 1
+            if before is None or before.value.state is not solver.state:
+                text = f"solver fell back: {solver.fallback_reason}"
+                self.note(report.stamp_ns, text, Severity.WARNING)
+
+    def take_sightings(self, vehicle: str, bearings: RangeBearings) -> None:
+        """Whom a vehicle sees."""
+        self.sightings[vehicle] = Sighting(bearings.stamp_ns, frozenset(bearings.by_target))
+
+    def take_event(self, event: PerStep[Event]) -> None:
+        """An event of the flight."""
+        source = event.value.source
+        match event.value.content:
+            case FormationSet():
+                self.note(event.stamp_ns, "a new formation was set")
+            case ParametersSet(changes):
+                values = ", ".join(f"{key} = {value}" for key, value in changes.items())
+                self.note(event.stamp_ns, f"{source}: {values}")
+            case FaultReported(description):
+                self.note(event.stamp_ns, f"{source}: {description}", Severity.ERROR)
+
+    def note(self, stamp_ns: int, text: str, severity: Severity = Severity.NOTE) -> None:
+        """Add a line to the log."""
+        self.log.append(LogLine(stamp_ns, text, severity))
+
+    @property
+    def newest_ns(self) -> int | None:
+        """The newest instant for which all true poses are known; None: there is none."""
+        tracks = self.truths.values()
+        return min(track.newest.stamp_ns for track in tracks) if all(tracks) else None
+
+    def sees(self, observer: str, target: str) -> bool:
+        """Whether one vehicle has seen another in the last steps."""
+        sighting, newest_ns = self.sightings.get(observer), self.newest_ns
+        if sighting is None or newest_ns is None or target not in sighting.targets:
+            return False
+        return newest_ns - sighting.stamp_ns <= 0.3 * NANOSECONDS_PER_SECOND
+
+    def formation_errors(self) -> dict[tuple[str, str], float]:
+        """True error of each ordered pair at the instant of the reference [m]; empty: not known yet."""
+        if self.reference is None or not all(self.truths.values()):
+            return {}
+        at = {vehicle: track.at(self.reference.stamp_ns) for vehicle, track in self.truths.items()}
+        return {
+            pair: float(np.linalg.norm(_seen(at[pair[0]], at[pair[1]]) - wanted))
+            for pair, wanted in self.reference.value.formation.items()
+        }
+
+    def leader_error(self) -> float | None:
+        """True distance of the leader from its reference [m]; None: not known yet."""
+        track = self.truths[self.config.team.leader]
+        if self.reference is None or not track:
+            return None
+        return float(np.linalg.norm(track.at(self.reference.stamp_ns).p_NB_N - self.reference.value.p_NB_N))
+
+
+def _seen(observer: Pose, target: Pose) -> Array:
+    """Position of the target in {mc} of the observer [m]."""
+    return turned(-yaw_of(observer.q_NB), target.p_NB_N - observer.p_NB_N)

@@ -1,0 +1,37 @@
+"""The recent course of some numbers, as a plot draws it."""
+
+import numpy as np
+
+from relform_core.arrays import Array
+from relform_core.units import NANOSECONDS_PER_SECOND
+
+POINTS = 200
+SPACING_NS = NANOSECONDS_PER_SECOND // 10
+
+
+class History:
+    """The newest values of some series over time; NaN where there are none yet."""
+
+    def __init__(self, n_series: int) -> None:
+        self._columns = np.full((1 + n_series, POINTS), np.nan)
+        self._last_ns: int | None = None
+
+    def add(self, stamp_ns: int, *values: float) -> None:
+        """Add one value per series, unless it is too close in time to the one before.
+
+        A time before that of the last values is of another flight, or after a jump: the series begin again.
+        """
+        if self._last_ns is None or stamp_ns < self._last_ns:
+            spacing = SPACING_NS / NANOSECONDS_PER_SECOND
+            self._columns[:] = np.nan
+            self._columns[0] = stamp_ns / NANOSECONDS_PER_SECOND + spacing * np.arange(-POINTS, 0)
+        elif stamp_ns < self._last_ns + SPACING_NS:
+            return
+        self._columns[:, :-1] = self._columns[:, 1:]
+        self._columns[:, -1] = stamp_ns / NANOSECONDS_PER_SECOND, *values
+        self._last_ns = stamp_ns
+
+    @property
+    def columns(self) -> tuple[Array, ...]:
+        """Time [s], then the series, each of shape (point,)."""
+        return tuple(column.copy() for column in self._columns)

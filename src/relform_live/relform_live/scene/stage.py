@@ -1,0 +1,123 @@
+"""What the 3D scene shows of a flight at an instant."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from relform_core.arrays import Array
+from relform_live.scene import colours
+from relform_live.scene.colours import Colours
+from relform_live.scene.flight_data import FlightData
+from relform_live.scene.track import Track, turned, yaw_of
+from relform_live.scene.trail import Trail
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """Poses of all vehicles in team order, in {n}."""
+
+    p_NB_N: Array
+    """[m], shape (vehicle, 3)."""
+    wxyz_NB: Array
+    """Quaternions with the real part first, shape (vehicle, 4)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """Lines between the vehicles that may see each other."""
+
+    segments: Array
+    """Their ends in {n} [m], shape (link, 2, 3)."""
+    colours: Colours
+    """Shape (link, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """The scene at one instant; None: not known yet."""
+
+    stamp_ns: int
+    truth: Poses | None
+    estimate: Poses | None
+    targets: Array | None
+    """Where the reference wants the vehicles, in team order, in {n} [m], shape (vehicle, 3)."""
+    links: Links | None
+
+
+class Stage:
+    """Makes pictures of a flight, and keeps the trails of the vehicles."""
+
+    def __init__(self, data: FlightData) -> None:
+        team = data.config.team
+        self._data = data
+        self.vehicles = team.vehicles
+        self.colours = colours.of_vehicles(len(self.vehicles))
+        """Shape (vehicle, 3)."""
+        self.trails = {vehicle: Trail() for vehicle in self.vehicles}
+        targets_of = data.config.targets_of
+        self.edges = tuple(
+            (a, b) for i, a in enumerate(self.vehicles) for b in self.vehicles[i + 1 :] if b in targets_of[a]
+        )
+        """The pairs of vehicles that may see each other."""
+        self._shown_ns = -1
+
+    def picture(self, stamp_ns: int) -> Picture:
+        """The scene at an instant; the trails grow up to it, or begin again if it is earlier than before."""
+        truth = _poses(self._data.truths, stamp_ns)
+        self._extend_trails(stamp_ns)
+        links = None
+        if truth is not None:
+            place = dict(zip(self.vehicles, truth.p_NB_N, strict=True))
+            segments = np.array([(place[a], place[b]) for a, b in self.edges]).reshape(-1, 2, 3)
+            links = Links(segments, self._link_colours())
+        return Picture(
+            stamp_ns,
+            truth,
+            _poses(self._data.estimates, stamp_ns),
+            self._targets(stamp_ns),
+            links,
+        )
+
+    def _extend_trails(self, stamp_ns: int) -> None:
+        if stamp_ns < self._shown_ns:
+            for trail in self.trails.values():
+                trail.clear()
+            self._shown_ns = -1
+        for vehicle, track in self._data.truths.items():
+            for pose in track.between(self._shown_ns, stamp_ns):
+                self.trails[vehicle].add(pose.stamp_ns, pose.p_NB_N)
+        self._shown_ns = stamp_ns
+
+    def _link_colours(self) -> Colours:
+        errors = self._data.formation_errors()
+        sees = self._data.sees
+        worst = [
+            max(errors.get((a, b), np.nan), errors.get((b, a), np.nan))
+            if sees(a, b) or sees(b, a)
+            else np.nan
+            for a, b in self.edges
+        ]
+        return colours.of_errors(np.array(worst, dtype=np.float64))
+
+    def _targets(self, stamp_ns: int) -> Array | None:
+        """The leader's reference, and the places of the formation around the leader as it flies."""
+        leader = self._data.truths[self.vehicles[0]]
+        if self._data.reference is None or not leader:
+            return None
+        reference, pose = self._data.reference.value, leader.at(stamp_ns)
+        yaw = yaw_of(pose.q_NB)
+        places = [self._data.leader_reference.at(stamp_ns).p_NB_N]
+        for follower in self.vehicles[1:]:
+            place = reference.formation[self.vehicles[0], follower]
+            places.append(pose.p_NB_N + turned(yaw, place))
+        return np.array(places)
+
+
+def _poses(tracks: Mapping[str, Track], stamp_ns: int) -> Poses | None:
+    if not all(tracks.values()):
+        return None
+    poses = [track.at(stamp_ns) for track in tracks.values()]
+    return Poses(
+        np.array([pose.p_NB_N for pose in poses]), np.array([np.roll(pose.q_NB, 1) for pose in poses])
+    )

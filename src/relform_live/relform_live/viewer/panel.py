@@ -1,0 +1,78 @@
+"""The side panel: numbers, a plot, the log, and what to show."""
+
+import numpy as np
+import viser
+from viser import uplot
+
+from relform_live.scene import readout
+from relform_live.scene.flight_data import FlightData
+from relform_live.scene.history import History
+from relform_live.scene.stage import Stage
+from relform_live.viewer.world import Shown
+
+EVERY = 4
+"""Frames between two updates of the numbers and the plot."""
+
+SWITCHES = {
+    "truth": "vehicles (simulated)",
+    "estimate": "estimates (ghosts)",
+    "trails": "trails",
+    "links": "links, coloured by error",
+    "targets": "references",
+    "names": "names",
+    "follow": "follow the team",
+}
+
+
+class Panel:
+    """The panel of the whole view; flights come and go in it."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        self.shown = Shown()
+        self.history = History(2)
+        self._frame = 0
+        self._numbers = gui.add_html(readout.waiting("waiting for a flight"))
+        self._plot = gui.add_uplot(
+            data=self.history.columns,
+            series=(
+                uplot.Series(label="time (s)"),
+                uplot.Series(label="formation (m)", stroke="#56b4e9", width=1.5),
+                uplot.Series(label="leader (m)", stroke="#e69f00", width=1.5),
+            ),
+            scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(auto=True)},
+            title="true errors",
+            height=170,
+        )
+        with gui.add_folder("Events"):
+            self._log = gui.add_html(readout.log_text(()))
+        with gui.add_folder("Show", expand_by_default=False):
+            for key, label in SWITCHES.items():
+                self._add_switch(gui, key, label)
+            dark = gui.add_checkbox("dark page", True)
+            dark.on_update(lambda _: _theme(server, dark.value))
+
+    def _add_switch(self, gui: viser.GuiApi, key: str, label: str) -> None:
+        switch = gui.add_checkbox(label, getattr(self.shown, key))
+        switch.on_update(lambda _: setattr(self.shown, key, switch.value))
+
+    def wait(self, text: str) -> None:
+        """Show a notice in place of the numbers."""
+        self._numbers.content = readout.waiting(text)
+
+    def draw(self, data: FlightData, stage: Stage, stamp_ns: int, rate: float | None) -> None:
+        """Show the state of the flight."""
+        errors, leader = data.formation_errors(), data.leader_error()
+        if errors and leader is not None:
+            self.history.add(stamp_ns, float(np.mean(list(errors.values()))), leader)
+        if self._frame % EVERY == 0:
+            self._numbers.content = readout.readout(data, stage, stamp_ns, rate)
+            self._plot.data = self.history.columns
+            self._log.content = readout.log_text(data.log)
+        self._frame += 1
+
+
+def _theme(server: viser.ViserServer, dark: bool) -> None:
+    server.gui.configure_theme(
+        dark_mode=dark, show_logo=False, show_share_button=False, control_width="large"
+    )

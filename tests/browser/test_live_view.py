@@ -1,0 +1,119 @@
+"""The view of a running flight in a browser: the team moves, and nothing goes wrong in the page."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import domain_coordinator
+import pytest
+from playwright.sync_api import Page, Playwright, sync_playwright
+
+from support.processes import wait_until
+
+from .conftest import CHROMIUM
+
+WORKSPACE = Path(__file__).parents[2]
+SOFTWARE_WEBGL = ["--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"]
+"""Headless Chromium on a machine without a graphics card."""
+SMALL = {"width": 800, "height": 500}
+"""Software draws each pixel, so few of them."""
+HARMLESS = ("THREE.Clock: This module has been deprecated",)
+"""A warning of a library in the page of viser."""
+
+
+@pytest.fixture(scope="module")
+def environment() -> Iterator[dict[str, str]]:
+    with domain_coordinator.domain_id() as domain:
+        yield os.environ | {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
+@pytest.fixture(scope="module")
+def flight(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A long flight, all nodes in one process, at the pace of this machine."""
+    out = tmp_path_factory.mktemp("live") / "flight"
+    changes = ["--set", "controller=team", "--set", "phases.4.duration_s=3000"]
+    arguments = ["--scenario", "paper", *changes, "--composed", "--no-record", "--out", str(out)]
+    with script(environment, "fly", *arguments):
+        yield
+
+
+@pytest.fixture(scope="module")
+def address(environment: dict[str, str], flight: None) -> Iterator[str]:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    with script(environment, "live", "--port", str(port)) as live:
+        assert live.stdout is not None
+        assert live.stdout.readline() == f"open http://localhost:{port} in a browser, Ctrl-C ends the view\n"
+        yield f"http://localhost:{port}"
+
+
+@contextmanager
+def script(environment: dict[str, str], name: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A script in the background; it ends by Ctrl-C and has nothing to complain about."""
+    command = [sys.executable, f"scripts/{name}.py", *arguments]
+    process = subprocess.Popen(
+        command, cwd=WORKSPACE, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    yield process
+    process.send_signal(signal.SIGINT)
+    _, complaints = process.communicate(timeout=60.0)
+    assert "error" not in complaints.lower(), complaints
+
+
+@pytest.fixture(scope="module")
+def page(address: str) -> Iterator[Page]:
+    with sync_playwright() as playwright:
+        yield from opened(playwright, address)
+
+
+def opened(playwright: Playwright, address: str) -> Iterator[Page]:
+    complaints, requests = [], []
+    sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
+    browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*sandbox, *SOFTWARE_WEBGL])
+    page = browser.new_page(viewport=SMALL)
+    page.on("console", lambda message: complaints.append((message.type, message.text)))
+    page.on("pageerror", lambda error: complaints.append(("error", str(error))))
+    page.on("request", lambda request: requests.append(request.url))
+    page.goto(address)
+    yield page
+    browser.close()
+    trouble = [text for kind, text in complaints if kind != "log" and not text.startswith(HARMLESS)]
+    assert trouble == []
+    assert [url for url in requests if not url.startswith((address, "data:", "blob:"))] == []
+
+
+def text(page: Page) -> str:
+    return page.locator("body").inner_text()
+
+
+def shown_time(page: Page) -> float:
+    """The time in the panel [s]."""
+    found: Any = page.evaluate(r"() => document.body.innerText.match(/([\d.]+) s\s*phase/)?.[1] ?? '-1'")
+    return float(found)
+
+
+def test_numbers_of_the_flight_go_on(page: Page) -> None:
+    wait_until(lambda: shown_time(page) > 0.0, timeout_s=60.0)
+    before = shown_time(page)
+    wait_until(lambda: shown_time(page) > before + 1.0)
+    for part in ("formation error", "follower_2", "solved", "measured"):
+        assert part in text(page)
+
+
+def test_the_scene_moves(page: Page) -> None:
+    canvas = page.locator("canvas").first
+    pictures = {canvas.screenshot()}
+
+    def has_moved() -> bool:
+        page.wait_for_timeout(300)
+        pictures.add(canvas.screenshot())
+        return len(pictures) >= 3
+
+    wait_until(has_moved, timeout_s=60.0)
