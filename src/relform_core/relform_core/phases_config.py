@@ -1,9 +1,11 @@
 """Schema of the phases of a scenario: motions of the leader and formations."""
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from relform_core.paths_config import Circle, FigureEight, Waypoints
 from relform_core.schema import Label, Name, NonNegative, Positive, Schema
 from relform_core.units import DEGREES
 
@@ -49,7 +51,8 @@ class Spiral(Schema):
         return self
 
 
-Motion = Annotated[Hover | Straight | Turn | Spiral, Field(discriminator="kind")]
+LeaderPath = Circle | FigureEight | Waypoints
+Motion = Annotated[Hover | Straight | Turn | Spiral | LeaderPath, Field(discriminator="kind")]
 
 
 class PhaseConfig(Schema):
@@ -71,3 +74,29 @@ class PhaseConfig(Schema):
         if self.steady_from >= self.duration:
             raise ValueError(f"steady_from_s {self.steady_from} must be less than duration_s {self.duration}")
         return self
+
+    @model_validator(mode="after")
+    def _path_fits(self) -> Self:
+        if isinstance(self.motion, LeaderPath) and self.motion.time > self.duration + 1e-9:
+            raise ValueError(
+                f"motion '{self.motion.kind}' takes {self.motion.time:.3f} s from rest to rest, "
+                f"more than duration_s {self.duration}"
+            )
+        return self
+
+
+def path_from_motion(phases: Sequence[PhaseConfig]) -> PhaseConfig | None:
+    """The first phase whose path would have to start while the leader moves; None if all start at rest."""
+    at_rest = True
+    for phase in phases:
+        match phase.motion:
+            case Circle() | FigureEight() | Waypoints():
+                if not at_rest:
+                    return phase
+            case Hover():
+                at_rest = at_rest or phase.motion.ramp <= phase.duration
+            case Turn():
+                at_rest = at_rest and phase.motion.turn <= phase.duration
+            case Straight() | Spiral():
+                at_rest = False
+    return None

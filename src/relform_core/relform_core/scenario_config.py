@@ -16,7 +16,7 @@ from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, L
 from relform_core.formations_config import FormationConfig
 from relform_core.ground_config import GroundConfig
 from relform_core.links_config import LinksConfig
-from relform_core.phases_config import PhaseConfig
+from relform_core.phases_config import PhaseConfig, path_from_motion
 from relform_core.schema import Label, Name, NonNegative, NonNegativeVector3, Positive, Schema, Vector3
 from relform_core.sensing_config import CompleteSensing, SensingConfig, sensing_edges
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
@@ -257,6 +257,11 @@ class ScenarioConfig(Schema):
                     f"phase '{phase.name}' lasts {phase.duration} s, not a multiple of controller.period_s "
                     f"{self.controller.period}"
                 )
+        if moving := path_from_motion(self.phases):
+            raise ValueError(
+                f"phase '{moving.name}' must start at rest for its motion '{moving.motion.kind}': "
+                "hover before, with a ramp_s within duration_s"
+            )
         return self
 
     @model_validator(mode="after")

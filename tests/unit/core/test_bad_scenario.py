@@ -17,6 +17,7 @@ VEHICLE = CONFIG_FOLDER / "vehicles/hummingbird.yaml"
 SENSORS = CONFIG_FOLDER / "sensors/paper.yaml"
 CONTROLLER = CONFIG_FOLDER / "controller/retuned.yaml"
 EVENT = "start_s: 1, end_s: 2, target: leader"
+MOTIONS = "'hover', 'straight', 'turn', 'spiral', 'circle', 'figure_eight', 'waypoints'"
 
 
 def problem_of(override: str) -> str:
@@ -176,11 +177,11 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
         ("phases=[]", "phases: must have at least 1 item(s) (got [])"),
         (
             "phases.4.motion.kind=loop",
-            "phases.4.motion.kind: must be one of 'hover', 'straight', 'turn', 'spiral' (got 'loop')",
+            f"phases.4.motion.kind: must be one of {MOTIONS} (got 'loop')",
         ),
         (
             "phases.4.motion.kind=[1]",
-            "phases.4.motion.kind: must be one of 'hover', 'straight', 'turn', 'spiral' (got '[1]')",
+            f"phases.4.motion.kind: must be one of {MOTIONS} (got '[1]')",
         ),
         ("phases.0.motion={ramp_s: 1}", "phases.0.motion.kind: missing key"),
         (

@@ -1,8 +1,8 @@
 """The leader's reference: the phases of a scenario as a smooth path with position, velocity and yaw.
 
 Horizontal speed, climb and turn rate blend from one phase into the next, except that a turn has a turn rate
-of its own, from zero to zero. The heading is the integral of the turn rate, the position that of the
-velocity, and the yaw follows the heading.
+of its own, from zero to zero, and that paths (circle, figure eight, waypoints) start and end at rest. The
+heading is the integral of the turn rate, the position that of the velocity, and the yaw follows the heading.
 """
 
 import math
@@ -10,8 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relform_controller.reference.paths import circle, figure_eight, waypoints
 from relform_core.arrays import Array, Integers
 from relform_core.blend import smooth_step
+from relform_core.paths_config import Circle, FigureEight, Waypoints
 from relform_core.phases_config import Hover, Motion, Spiral, Straight, Turn
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -104,6 +106,12 @@ def _phase_profile(motion: Motion, time: Array, entry: Array) -> Array:
             profile = np.repeat(entry[:, None], time.size, axis=1)
             profile[2] = motion.angle * 6.0 * x * (1.0 - x) / motion.turn  # derivative of the smooth step
             return profile
+        case Circle():
+            return circle(motion, time)
+        case FigureEight():
+            return figure_eight(motion, time)
+        case Waypoints():
+            return waypoints(motion, time)
 
 
 def _blend(entry: Array, target: Array, time: Array, ramp: float) -> Array:
