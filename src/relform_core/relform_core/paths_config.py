@@ -43,7 +43,8 @@ class _Path(Schema):
         """Raise ValueError if a length [m], which ``key`` defines, leaves no room for two half ramps."""
         if length < (needed := self.speed * self.ramp):
             raise ValueError(
-                f"{key} gives a length of {length:.3f} m, at least speed_m_s * ramp_s = {needed:.3f} m is needed"
+                f"{key} gives a length of {length:.3f} m, "
+                f"at least speed_m_s * ramp_s = {needed:.3f} m is needed"
             )
 
     def check_acceleration(self, key: str, across: float) -> None:

@@ -24,9 +24,7 @@ def flown(motion: str, duration: float) -> LeaderReference:
         f"{{name: P{i}, title: T, duration_s: {s}, steady_from_s: 0, formation: initial, motion: {m}}}"
         for i, (s, m) in enumerate(((1.0, "{kind: hover, ramp_s: 0}"), (duration, motion)))
     )
-    config = paper_scenario(
-        "start.position_m=[3, -4, 2.5]", "start.yaw_deg=30", f"phases=[{items}]"
-    ).config
+    config = paper_scenario("start.position_m=[3, -4, 2.5]", "start.yaw_deg=30", f"phases=[{items}]").config
     return LeaderTrajectory(config, 0).at(np.arange(config.n_steps + 1) * config.period_ns)
 
 

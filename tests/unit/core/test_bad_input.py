@@ -108,7 +108,7 @@ def replace_by(value: Any) -> Callable[[Any, Path_], None]:
     return replace
 
 
-OPTIONAL = {"sensing", "estimator", "formation_step", "links", "obstacles", "leg_height_m"}
+OPTIONAL = {"sensing", "estimator", "formation_step", "links", "obstacles", "leg_height_m", "turns"}
 """Keys that a file may leave out, with all keys below them."""
 
 

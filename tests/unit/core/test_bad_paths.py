@@ -98,7 +98,8 @@ def test_path_longer_than_its_phase() -> None:
 def test_path_that_would_start_in_motion(before: str) -> None:
     line = problem_of("phases.4.duration_s=15", f"phases.3.motion={before}", f"phases.4.motion={CIRCLE}")
     assert line.endswith(
-        ": phase 'E' must start at rest for its motion 'circle': hover before, with a ramp_s within duration_s"
+        ": phase 'E' must start at rest for its motion 'circle': "
+        "hover before, with a ramp_s within duration_s"
     )
 
 
