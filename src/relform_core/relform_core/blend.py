@@ -21,6 +21,12 @@ def smooth_step(time: Array, ramp: float) -> Array:
     return x * x * (3.0 - 2.0 * x)
 
 
+def smooth_step_integral(time: Array, ramp: float) -> Array:
+    """Integral of ``smooth_step`` from time 0 on [s]."""
+    x = np.clip(time / ramp, 0.0, 1.0) if ramp > 0.0 else np.zeros_like(time)
+    return ramp * x**3 * (1.0 - 0.5 * x) + np.maximum(time - ramp, 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Blend:
     """Points that move to their targets; they start together, at any velocity, and come to rest together.

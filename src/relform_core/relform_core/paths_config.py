@@ -35,6 +35,12 @@ class _Path(Schema):
     speed: Annotated[float, Field(alias="speed_m_s", gt=0.0, le=20.0)]
     ramp: Annotated[float, Field(alias="ramp_s", ge=0.1, le=60.0)]
 
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """Height of points between which the path neither rises nor sinks farther, the last one at its end,
+        relative to its start [m]."""
+        return (0.0,)
+
     def time_for(self, length: float) -> float:
         """Time for a length [m], both ramps included: [s]."""
         return length / self.speed + self.ramp
@@ -116,6 +122,11 @@ class Waypoints(_Path):
     kind: Literal["waypoints"]
     points: Annotated[tuple[Vector3, ...], Field(alias="points_m", min_length=1, max_length=1000)]
     """Forward, to the left and up from the pose at the start of the motion [m]."""
+
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """See the base; a corner that is cut stays between its neighbours."""
+        return tuple(point[2] for point in self.points)
 
     @property
     def legs(self) -> tuple[Vector3, ...]:

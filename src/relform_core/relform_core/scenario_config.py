@@ -15,6 +15,7 @@ from relform_core.controller_config import ControllerConfig, TeamEstimatorConfig
 from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump, Occlusion
 from relform_core.formations_config import FormationConfig
 from relform_core.ground_config import GroundConfig
+from relform_core.heights import height_problem
 from relform_core.links_config import LinksConfig
 from relform_core.phases_config import PhaseConfig, path_from_motion
 from relform_core.schema import Label, Name, NonNegative, NonNegativeVector3, Positive, Schema, Vector3
@@ -25,24 +26,10 @@ from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor, Source
 from relform_core.sensors_config import SensorsConfig
+from relform_core.start_config import PLACE_MAX, StartConfig
 from relform_core.team_config import TeamConfig, check_known
-from relform_core.units import DEGREES, seconds_to_ns
+from relform_core.units import seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
-
-PLACE_MAX = 1000.0
-"""Bound on each coordinate of a place in a formation [m]; far beyond what sensors see."""
-
-
-class StartConfig(Schema):
-    """Pose of the leader at the start, airborne and at rest; followers start at their places beside it."""
-
-    position: Annotated[Vector3, Field(alias="position_m")]
-    yaw: Annotated[float, Field(alias="yaw_deg", ge=-180.0, le=180.0), DEGREES]
-    follower_yaw_max: Annotated[float, Field(alias="follower_yaw_max_deg", ge=0.0, le=180.0), DEGREES] = 0.0
-    """Each follower starts with a yaw relative to the leader's that is drawn between plus and minus this."""
-    follower_offset_max: Annotated[float, Field(alias="follower_offset_max_m", ge=0.0, le=PLACE_MAX)] = 0.0
-    """Each follower starts at a point that is drawn from the ball of this radius around its place; points too
-    close to other vehicles are drawn again."""
 
 
 class PlantConfig(Schema):
@@ -230,17 +217,6 @@ class ScenarioConfig(Schema):
         return self
 
     @model_validator(mode="after")
-    def _starts_airborne(self) -> Self:
-        first = self.formations.get(self.phases[0].formation, {})
-        offset = self.start.follower_offset_max
-        lowest = self.start.position[2] + min([0.0, *(place[2] - offset for place in first.values())])
-        if lowest <= 0.0:
-            raise ValueError(
-                f"start.position_m puts a vehicle at {lowest:.3f} m above ground; flights start airborne"
-            )
-        return self
-
-    @model_validator(mode="after")
     def _phases_consistent(self) -> Self:
         names = [phase.name for phase in self.phases]
         for phase in self.phases:
@@ -262,6 +238,8 @@ class ScenarioConfig(Schema):
                 f"phase '{moving.name}' must start at rest for its motion '{moving.motion.kind}': "
                 "hover before, with a ramp_s within duration_s"
             )
+        if problem := height_problem(self.start, self.phases, self.formations):
+            raise ValueError(problem)
         return self
 
     @model_validator(mode="after")

@@ -113,3 +113,56 @@ def test_path_after_hover_or_another_path() -> None:
         *("phases.1.duration_s=15", f"phases.1.motion={CIRCLE}", f"phases.2.motion={turn}"),
         *("phases.3.duration_s=15", f"phases.3.motion={CIRCLE}"),
     )
+
+
+DOWN = "{kind: waypoints, points_m: [[4, 0, -1.25], [8, 0, 0]], speed_m_s: 1.5, ramp_s: 1.2}"
+FLY_DOWN = ("phases.1.duration_s=8", f"phases.1.motion={DOWN}")
+SINK = "{kind: spiral, radius_m: 3.0, speed_m_s: 1.0, climb_m_s: -0.5, ramp_s: 2.0}"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "phase", "vehicle", "height"),
+    [
+        (("start.position_m=[0, 0, 1.25]", *FLY_DOWN), "B", "the leader", "0.000"),
+        (
+            ("formations_m.initial.follower_2=[-1, 0.5, -0.9]", *FLY_DOWN),
+            "B",
+            "follower_2",
+            "-0.150",
+        ),
+        # 2 m, less 10 s at -0.5 m/s, of which the ramp costs 0.5 m
+        (("phases.3.duration_s=10", f"phases.3.motion={SINK}"), "D", "the leader", "-2.500"),
+        (
+            # the turn sinks on, 12 s from 2.5 m
+            (
+                "start.position_m=[0, 0, 7]",
+                "phases.3.duration_s=10",
+                f"phases.3.motion={SINK}",
+                "phases.4.motion={kind: turn, angle_deg: 30, turn_s: 2}",
+            ),
+            "E",
+            "the leader",
+            "-3.500",
+        ),
+        # leader at 0.8 m, from where the climb of -0.5 m/s ends over 2 s, which costs 0.5 m
+        (
+            (
+                "start.position_m=[0, 0, 5.3]",
+                "phases.3.duration_s=10",
+                f"phases.3.motion={SINK}",
+                "phases.4.motion={kind: hover, ramp_s: 2}",
+            ),
+            "E",
+            "follower_1",
+            "-0.200",
+        ),
+    ],
+    ids=["leader", "follower", "sinking spiral", "turn that sinks", "hover that brakes"],
+)
+def test_way_into_the_ground(overrides: tuple[str, ...], phase: str, vehicle: str, height: str) -> None:
+    """The paper's flight starts at 2 m, with all followers at the leader's height or below."""
+    line = problem_of(*overrides)
+    assert line.endswith(
+        f"phase '{phase}' takes {vehicle} to {height} m above ground, more than 0 m are needed: "
+        "start higher, or descend less"
+    )

@@ -1,18 +1,17 @@
 """The picture of docs/scenarios.md: the leader's motions, as the scenarios of this project fly them."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from relform_analysis.plots.style import COMMON, GUIDE, PAIR_COLOURS, TEXT, cycled
+from relform_analysis.plots.picture_command import draw_into_file
+from relform_analysis.plots.style import GUIDE, PAIR_COLOURS, TEXT, cycled
 from relform_controller.reference.trajectory import LeaderTrajectory
 from relform_core.load import load_scenario
 from relform_core.scenario_config import ScenarioConfig
-from relform_core.script import CommandParser, command
+from relform_core.script import command
 
 SCENARIOS = ("paper", "circle", "figure_eight", "waypoints")
 """By plain name; together they have every kind of motion."""
@@ -21,16 +20,10 @@ SCENARIOS = ("paper", "circle", "figure_eight", "waypoints")
 @command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw the picture; returns the exit code."""
-    parser = CommandParser(prog="motions", description="Draw the motions of the leader.")
-    parser.add_argument(
-        "--out", type=Path, default=Path("motions.png"), help="file of the picture (default motions.png)"
+    description = "Draw the motions of the leader."
+    return draw_into_file(
+        "motions", description, lambda: picture([load_scenario(name).config for name in SCENARIOS]), arguments
     )
-    options = parser.parse_args(arguments)
-    configs = [load_scenario(name).config for name in SCENARIOS]
-    with matplotlib.rc_context(COMMON | {"font.size": 8.0}):
-        picture(configs).savefig(options.out, dpi=130)
-    print(options.out)
-    return 0
 
 
 def picture(configs: Sequence[ScenarioConfig]) -> Figure:

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from relform_core.arrays import Array
-from relform_core.blend import smooth_step
+from relform_core.blend import smooth_step, smooth_step_integral
 from relform_core.paths_config import Circle, FigureEight, Waypoints
 
 
@@ -61,10 +61,5 @@ def _speed(motion: Circle | FigureEight, time: Array) -> Array:
 def _length(motion: Circle | FigureEight, time: Array) -> Array:
     """Integral of the speed since the start [m], shape (time,)."""
     braking = motion.time - motion.ramp
-    return motion.speed * (_step_integral(time, motion.ramp) - _step_integral(time - braking, motion.ramp))
-
-
-def _step_integral(time: Array, ramp: float) -> Array:
-    """Integral of the smooth step up to each instant [s], shape (time,)."""
-    x = np.clip(time / ramp, 0.0, 1.0)
-    return ramp * x**3 * (1.0 - 0.5 * x) + np.maximum(time - ramp, 0.0)
+    ramps = [smooth_step_integral(time - start, motion.ramp) for start in (0.0, braking)]
+    return motion.speed * (ramps[0] - ramps[1])
