@@ -1,5 +1,6 @@
 """Schema of ``formations_m``: places of the followers, listed one by one or generated as a shape."""
 
+import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -39,7 +40,7 @@ class VShape(_Shape):
     """Two arms behind the leader."""
 
     kind: Literal["v"]
-    opening: Annotated[float, Field(alias="opening_deg", ge=60.0, le=180.0), DEGREES] = 90.0
+    opening: Annotated[float, Field(alias="opening_deg", ge=60.0, le=180.0), DEGREES] = math.pi / 2.0
     """Angle between the arms."""
 
 

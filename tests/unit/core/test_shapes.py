@@ -65,6 +65,11 @@ def test_a_shape_in_a_file_is_replaced_by_places() -> None:
     assert places == {"follower_1": (-0.433, -0.866, -0.25), "follower_2": (-0.433, 0.866, -0.25)}
 
 
+def test_the_arms_of_a_v_are_at_right_angles_unless_the_file_says_otherwise() -> None:
+    places = formation("{kind: v, spacing_m: 1.0}", 2)
+    assert places == {"follower_1": (-0.7071, -0.7071, 0.0), "follower_2": (-0.7071, 0.7071, 0.0)}
+
+
 @pytest.mark.parametrize("kind", ["line", "column", "v", "circle", "grid", "sphere"])
 def test_the_effective_configuration_lists_places_and_names(kind: str) -> None:
     """A recording is independent of how a later version generates a shape."""
