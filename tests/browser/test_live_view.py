@@ -1,5 +1,6 @@
 """The view of a running flight in a browser: the team moves, and nothing goes wrong in the page."""
 
+import math
 import os
 import signal
 import socket
@@ -14,6 +15,10 @@ import domain_coordinator
 import pytest
 from playwright.sync_api import Page, Playwright, sync_playwright
 
+from relform_core.names import EVENTS, EventKind
+from relform_msgs.msg import FormationEvent
+from relform_ros.qos import LATCHED
+from support.observer import Observer
 from support.processes import wait_until
 
 from .conftest import CHROMIUM
@@ -29,8 +34,10 @@ HARMLESS = ("THREE.Clock: This module has been deprecated",)
 
 @pytest.fixture(scope="module")
 def environment() -> Iterator[dict[str, str]]:
-    with domain_coordinator.domain_id() as domain:
-        yield os.environ | {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with domain_coordinator.domain_id() as domain, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(domain))
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        yield dict(os.environ)
 
 
 @pytest.fixture(scope="module")
@@ -117,3 +124,25 @@ def test_the_scene_moves(page: Page) -> None:
         return len(pictures) >= 3
 
     wait_until(has_moved, timeout_s=60.0)
+
+
+def test_a_button_changes_the_formation(page: Page, environment: dict[str, str]) -> None:
+    with Observer.running(int(environment["ROS_DOMAIN_ID"])) as observer:
+        events = observer.collect(FormationEvent, EVENTS, LATCHED)
+        page.get_by_role("button", name="fly this shape").click()
+        page.get_by_text("set formation: accepted").wait_for()
+        observer.until(lambda: any(event.kind == EventKind.SET_FORMATION for event in events))
+    changed = next(event for event in events if event.kind == EventKind.SET_FORMATION)
+    half = 1.2 / math.sqrt(2.0)  # a V of 90 degrees
+    places = {
+        pair.target_id: (pair.position.x, pair.position.y, pair.position.z) for pair in changed.formation
+    }
+    assert places["follower_1"] == pytest.approx((-half, -half, 0.0), abs=1e-4)
+    assert places["follower_2"] == pytest.approx((-half, half, 0.0), abs=1e-4)
+
+
+def test_a_refusal_is_shown_with_its_reason(page: Page) -> None:
+    page.get_by_label("spacing (m)").fill("0.2")
+    page.get_by_role("button", name="fly this shape").click()
+    page.get_by_text("set formation: refused").wait_for()
+    assert "is impossible: 'leader' and 'follower_1' are 0.200 m apart" in text(page)

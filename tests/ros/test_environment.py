@@ -17,7 +17,7 @@ NODES = ("clock", "composed", "controller", "leader", "player", "quadrotor", "re
 COMMANDS = (
     "accuracy", "bench", "bench_ros", "bench_solver", "bound", "check_playback", "constraints", "fly",
     "foxglove",
-    "motions", "paper", "record", "replay", "report", "shapes",
+    "live", "motions", "paper", "record", "replay", "report", "shapes",
     "sweep",
 )  # fmt: skip
 

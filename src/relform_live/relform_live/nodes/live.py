@@ -11,9 +11,12 @@ from relform_core.errors import ConfigError
 from relform_core.load import LoadedScenario, load_scenario
 from relform_live.nodes.attachment import Reading, ScenarioQuestion, load_answer
 from relform_live.nodes.intake import channels
+from relform_live.nodes.services import Services
+from relform_live.requests import Offer
 from relform_live.scene.flight_data import FlightData
 from relform_live.scene.shown_time import ShownTime
 from relform_live.scene.stage import Stage
+from relform_live.viewer.controls import Controls
 from relform_live.viewer.panel import Panel
 from relform_live.viewer.world import World
 from relform_ros.run_node import run_node
@@ -28,7 +31,14 @@ NODE = "live"
 class ShownFlight:
     """One flight in the view."""
 
-    def __init__(self, node: Node, server: viser.ViserServer, panel: Panel, scenario: LoadedScenario) -> None:
+    def __init__(
+        self,
+        node: Node,
+        server: viser.ViserServer,
+        panel: Panel,
+        scenario: LoadedScenario,
+        services: Services,
+    ) -> None:
         config = scenario.config
         self.data = FlightData(config)
         self.stage = Stage(self.data)
@@ -39,6 +49,8 @@ class ShownFlight:
         with server.atomic():
             self._world = World(server, self.stage, config.obstacles, config.vehicle.arm_length)
             self._world.shown = panel.shown
+            self.controls = Controls(server, config, services.submit)
+        services.team = config.team
 
     def frame(self) -> None:
         """Take in what has arrived, and draw."""
@@ -56,6 +68,7 @@ class ShownFlight:
         """Take the flight out of the view."""
         self._reading.close()
         self._world.remove()
+        self.controls.remove()
 
 
 class Live:
@@ -72,6 +85,7 @@ class Live:
         self._given = None if config is None else load_scenario(config)
         self._panel = Panel(server)
         self._question = ScenarioQuestion(node)
+        self._services = Services(node)
         self._flight: ShownFlight | None = None
         self._running = False
         """Whether a controller was running at the last look."""
@@ -83,6 +97,7 @@ class Live:
             await until(self._is_frame_due, poll_s=0.01)
             self._next_frame = max(self._next_frame + FRAME_S, time.monotonic())
             self._look()
+            self._services.work()
             if self._flight is not None:
                 self._flight.frame()
 
@@ -95,7 +110,10 @@ class Live:
         if now < self._next_look:
             return
         self._next_look = now + LOOK_S
-        if not self._question.is_answerable:
+        is_running = self._question.is_answerable
+        if self._flight is not None:
+            self._flight.controls.offer(self._services.offer() if is_running else Offer())
+        if not is_running:
             self._running = False
         elif not self._running and (path := self._question.answer(now)) is not None:
             self._running = True
@@ -109,7 +127,7 @@ class Live:
             return
         if self._flight is not None:
             self._flight.close()
-        self._flight = ShownFlight(self._node, self._server, self._panel, scenario)
+        self._flight = ShownFlight(self._node, self._server, self._panel, scenario, self._services)
 
 
 def run_live(server: viser.ViserServer, config: Path | str | None) -> int:

@@ -8,6 +8,7 @@ from relform_live.scene import readout
 from relform_live.scene.flight_data import FlightData
 from relform_live.scene.history import History
 from relform_live.scene.stage import Stage
+from relform_live.viewer.layout import Place
 from relform_live.viewer.world import Shown
 
 EVERY = 4
@@ -32,7 +33,7 @@ class Panel:
         self.shown = Shown()
         self.history = History(2)
         self._frame = 0
-        self._numbers = gui.add_html(readout.waiting("waiting for a flight"))
+        self._numbers = gui.add_html(readout.waiting("waiting for a flight"), order=Place.NUMBERS)
         self._plot = gui.add_uplot(
             data=self.history.columns,
             series=(
@@ -42,11 +43,12 @@ class Panel:
             ),
             scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(auto=True)},
             title="true errors",
-            height=170,
+            height=150,
+            order=Place.PLOT,
         )
-        with gui.add_folder("Events"):
+        with gui.add_folder("Events", order=Place.EVENTS):
             self._log = gui.add_html(readout.log_text(()))
-        with gui.add_folder("Show", expand_by_default=False):
+        with gui.add_folder("Show", expand_by_default=False, order=Place.SHOW):
             for key, label in SWITCHES.items():
                 self._add_switch(gui, key, label)
             dark = gui.add_checkbox("dark page", True)
