@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES)
     with interruption_noted() as interruption:
-        scenario = load_scenario(options.scenario, options.overrides, options.seed)
+        scenario = load_scenario(options.scenario, [*options.real_time, *options.overrides], options.seed)
         check_installation(options.record, options.composed, options.visualize)
         with claimed_domain() as domain_id:
             folder = create_run_folder(scenario, options.out, datetime.now())
@@ -109,6 +109,13 @@ def _parser() -> CommandParser:
         help="change a key of the scenario, as in controller.horizon_steps=10; may be repeated",
     )
     parser.add_argument("--no-record", action="store_false", dest="record", help="fly without a recorder")
+    parser.add_argument(
+        "--real-time",
+        action="store_const",
+        const=["pacing=real_time"],
+        default=[],
+        help="fly on the wall clock, as --set pacing=real_time (default: in lock-step, as fast as it can)",
+    )
     parser.add_argument(
         "--composed",
         action="store_true",

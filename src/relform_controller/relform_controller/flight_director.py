@@ -5,6 +5,7 @@ ground, and while the vehicles take off and land on their own sensors, it only s
 of them hover, a ``FormationController`` flies the team until it is to land.
 """
 
+import math
 import time
 from collections.abc import Callable, Mapping
 
@@ -40,14 +41,21 @@ class FlightDirector:
     Args:
         config: a scenario with ``ground``.
         clock: monotonic time [s], for the solver's reports.
+        time_budget: see ``FormationController``.
     """
 
-    def __init__(self, config: ScenarioConfig, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self,
+        config: ScenarioConfig,
+        clock: Callable[[], float] = time.perf_counter,
+        time_budget: float = math.inf,
+    ) -> None:
         if config.ground is None:
             raise ValueError(f"scenario '{config.name}' has no section 'ground'")
         self._config = config
         self._ground = config.ground
         self._clock = clock
+        self._time_budget = time_budget
         self.mode = TeamMode.IDLE
         self.reason = ""
         """Why the mode is what it is, unless somebody asked for it."""
@@ -238,7 +246,9 @@ class FlightDirector:
     def _prepare_flight(self) -> None:
         """A new controller and mission, for the next flight."""
         self._mission = OnlineMission(self._config)
-        self._controller = FormationController(self._config, self._clock, self._mission)
+        self._controller = FormationController(
+            self._config, self._clock, self._mission, time_budget=self._time_budget
+        )
         if self._weights is not None:
             self._controller.set_weights(self._weights)
 

@@ -1,6 +1,7 @@
 """The formation controller: measurements of the team in, rotor speeds for the team out."""
 
 import dataclasses
+import math
 import time
 from collections.abc import Callable, Mapping
 
@@ -56,6 +57,8 @@ class FormationController:
         mission: what the team is asked to fly; None: the phases of the scenario.
         estimator: None: the one that the configuration names.
         solver: makes what takes the SQP steps of the problem.
+        time_budget: time after which no further SQP step of a decision begins [s]; infinite in lock-step, so
+            that decisions do not depend on the machine.
     """
 
     def __init__(
@@ -65,6 +68,7 @@ class FormationController:
         mission: Mission | None = None,
         estimator: Estimator | None = None,
         solver: Callable[[Ocp], Solver] = make_solver,
+        time_budget: float = math.inf,
     ) -> None:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
@@ -88,6 +92,7 @@ class FormationController:
             config.controller.solver,
             config.vehicle.hover_thrust,
             clock,
+            time_budget,
         )
         stage_ns = seconds_to_ns(self._ocp.stage)
         horizon_ns = self._lead_ns + np.arange(self._ocp.n_stages + 1) * stage_ns
@@ -138,7 +143,8 @@ class FormationController:
         """Decide on the rotor speeds of the next interval that commands reach in time.
 
         Args:
-            measurements: of all vehicles at one instant.
+            measurements: of all vehicles, at the instant of the next step, or of a later one: then the
+                vehicles fly the last plan meanwhile.
             sqp_steps: number of SQP steps to take, as a recorded flight did; None: as the limits allow.
         Returns:
             The decision; at the start of a flight what the controller waits for, if there is no estimate yet.
@@ -147,6 +153,7 @@ class FormationController:
                 up from where it is.
         """
         now_ns = measurements.arrival_ns
+        self._skip_to(now_ns)
         self._inputs.acknowledge(measurements)
         estimate = self._estimator.update(measurements, self._inputs.take_changes(now_ns), self._prediction)
         if isinstance(estimate, Waiting):
@@ -178,6 +185,20 @@ class FormationController:
         self._prediction = self._solver.prepare_next()
         if self._lead_ns > 0 and self._estimated is not None:  # the plan starts later
             self._prediction = self._predicted(self._estimated[0] + self._period_ns)
+
+    def _skip_to(self, now_ns: int) -> None:
+        """Carry the last plan over the steps without a decision between the last one and this instant."""
+        if self._estimated is None:
+            return
+        skipped_ns = range(self._estimated[0] + self._period_ns, now_ns, self._period_ns)
+        for instant_ns in skipped_ns:
+            self._inputs.plan_continues(instant_ns + self._lead_ns)
+            if self._mission_start_ns is not None:
+                self._mission.advance(instant_ns - self._mission_start_ns)
+        if skipped_ns:
+            self._prediction = self._solver.skip(len(skipped_ns))
+            if self._lead_ns > 0:
+                self._prediction = self._predicted(now_ns)
 
     def _predicted(self, start_ns: int) -> Prediction:
         """The team at an instant after the last estimate, whole control periods later."""

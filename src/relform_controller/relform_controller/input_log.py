@@ -69,6 +69,12 @@ class InputLog:
         self._intervals[start_ns] = _Interval(planned)
         self._changed.add(start_ns)
 
+    def plan_continues(self, start_ns: int) -> None:
+        """Note that there is no command for an interval: the plan of the interval before continues."""
+        before = self._intervals.get(start_ns - self._period_ns)
+        if before is not None and before.planned.shape[1] > 1:
+            self.command(start_ns, before.planned[:, 1:])
+
     def acknowledge(self, measurements: TeamMeasurements) -> None:
         """Take in what the vehicles report to have flown, and forget what no report will be about."""
         for vehicle, name in enumerate(self._vehicles):

@@ -1,5 +1,6 @@
 """What decides in a flight: the formation controller, with take-off and landing under a flight director."""
 
+import math
 import time
 from collections.abc import Callable
 
@@ -11,11 +12,18 @@ TeamController = FormationController | FlightDirector
 """Both have steps, live weights and formations; only a director takes other requests."""
 
 
-def make_controller(config: ScenarioConfig, clock: Callable[[], float] = time.perf_counter) -> TeamController:
+def make_controller(
+    config: ScenarioConfig,
+    clock: Callable[[], float] = time.perf_counter,
+    time_budget: float = math.inf,
+) -> TeamController:
     """The controller of a scenario.
 
     Args:
         config: with ``ground``, the controller takes off and lands.
         clock: monotonic time [s], for the solver's reports.
+        time_budget: see ``FormationController``.
     """
-    return FormationController(config, clock) if config.ground is None else FlightDirector(config, clock)
+    if config.ground is None:
+        return FormationController(config, clock, time_budget=time_budget)
+    return FlightDirector(config, clock, time_budget)

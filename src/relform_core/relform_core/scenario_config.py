@@ -17,6 +17,7 @@ from relform_core.formations_config import FormationConfig
 from relform_core.ground_config import GroundConfig
 from relform_core.heights import height_problem
 from relform_core.links_config import LinksConfig
+from relform_core.pacing_config import LOCKSTEP, PacingConfig, RealTimePacingConfig
 from relform_core.phases_config import PhaseConfig, path_from_motion
 from relform_core.schema import Label, Name, NonNegative, NonNegativeVector3, Positive, Schema, Vector3
 from relform_core.sensing_config import CompleteSensing, SensingConfig, sensing_edges
@@ -73,6 +74,13 @@ class ScenarioConfig(Schema):
     """What the vehicles must not fly into."""
     plant: PlantConfig
     lockstep: LockstepConfig
+    pacing: PacingConfig = LOCKSTEP
+    """When a control step begins."""
+
+    @property
+    def real_time(self) -> RealTimePacingConfig | None:
+        """How the flight keeps to the wall clock; None: it flies in lock-step."""
+        return self.pacing if isinstance(self.pacing, RealTimePacingConfig) else None
 
     @property
     def phase_start_times(self) -> tuple[float, ...]:
@@ -141,6 +149,7 @@ class ScenarioConfig(Schema):
         """Whether the vehicles report what they have flown: only where it can differ from the commands."""
         return (
             self.ground is not None
+            or self.real_time is not None
             or not self.links.are_perfect
             or any(isinstance(event, CommandLoss | LinkFault) for event in self.events)
         )

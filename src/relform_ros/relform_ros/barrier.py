@@ -1,6 +1,7 @@
 """The lock-step barrier: the next step begins when all members have finished this one."""
 
-from collections.abc import Callable, Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from relform_core.errors import FlightError
 from relform_ros.lockstep import JOINED, READY, Done
@@ -92,12 +93,24 @@ class Barrier:
         expected = self._finished[done.node] + 1
         if done.step == expected - 1:
             raise RejectionError(Reason.DUPLICATE, f"{done.node} has finished step {done.step} before")
-        if done.step != expected or done.step > self._step:
+        if done.step > self._step or not self._may_follow(done.step, expected):
             reason = Reason.STALE if done.step < expected else Reason.EARLY
             raise RejectionError(reason, f"{done.node} is in step {done.step}, now is {self._step}")
         self._finished[done.node] = done.step
         if done.fault:
             self._faults[done.node] = f"{done.node} in {self._when(done.step)}: {done.fault}"
+
+    def _may_follow(self, step: int, expected: int) -> bool:
+        """Whether a member that is expected to finish a step may finish another one."""
+        return step == expected
+
+    def due(self) -> float:
+        """Steady time at which the next step may begin even if no member reports [s]."""
+        return math.inf
+
+    def report(self) -> Mapping[str, object]:
+        """What the clock adds to its diagnostics."""
+        return {}
 
     def complete(self) -> bool:
         """Whether the next step may begin.
@@ -115,10 +128,15 @@ class Barrier:
         if self._now() - self._began <= timeout:
             return False
         self._check_faults()
+        raise self._silent(late)
+
+    def _silent(self, nodes: Sequence[str]) -> SilentNodeError:
+        """The error that names the members that did not finish in time."""
+        start_timeout, step_timeout = self._timeouts
         if self._step == READY:
-            raise SilentNodeError(f"not ready within {timeout:g} s", late)
-        limit = f"{timeout:g} s (lockstep.step_timeout_s)"
-        raise SilentNodeError(f"{self._when(self._step)} not finished within {limit}", late)
+            return SilentNodeError(f"not ready within {start_timeout:g} s", nodes)
+        limit = f"{step_timeout:g} s (lockstep.step_timeout_s)"
+        return SilentNodeError(f"{self._when(self._step)} not finished within {limit}", nodes)
 
     def advance(self) -> int:
         """Begin the next step, and return it; after the last one it is ``n_steps + 1``.

@@ -1,47 +1,19 @@
 """Pacing in lock-step: a step begins when the clock ticks, and it ends when its messages have arrived."""
 
-import math
-import time
-from collections.abc import AsyncIterator, Callable, Iterable, Mapping
-from contextlib import suppress
-from functools import partial
-from typing import Any
+from collections.abc import AsyncIterator, Callable, Iterable
 
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock
 
-from relform_core.errors import FlightError
 from relform_core.load import LoadedScenario
-from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, step_done_topic
 from relform_core.roster import Roster
-from relform_core.units import NANOSECONDS_PER_SECOND
-from relform_msgs.msg import StepDone
-from relform_ros.diagnostics import diagnostics_to_msg, is_due
-from relform_ros.discovery import check_name, discover
-from relform_ros.endpoints import Endpoints
-from relform_ros.fields import stamp_from_msg
-from relform_ros.lockstep import JOINED, READY, Announcements, Done, StepInbox, step_at
+from relform_ros.flight_pacing import FlightPacing, Keep
+from relform_ros.lockstep import Announcements, Done, StepInbox
 from relform_ros.pacing import Gathered, Stamped
-from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import Reason, RejectionError
-from relform_ros.spinner import Spinner, until
-from relform_ros.step_done import done_from_msg, done_to_msg
-from relform_ros.topics import Topic, topic_table
-
-CLOCK_POLL_S = 1.0
-"""How often a node checks that the clock of its flight still exists."""
-FAREWELL_S = 1.0
-"""How long a node that ends waits until the others have received what it sent."""
-LEAVE_APART_S = 0.05
-"""Time between the ends of two nodes: Fast DDS 2.14 can block for ever when they leave at the same time."""
+from relform_ros.spinner import Spinner
 
 
-def configuration_of(scenario: LoadedScenario, roster: Roster) -> str:
-    """What all nodes of a flight must agree on: a hash of the scenario and its seed, and the observers."""
-    return " ".join((scenario.fingerprint, *sorted(roster.observers)))
-
-
-class LockstepPacing:
+class LockstepPacing(FlightPacing):
     """Waits for the ticks of the clock and for all messages of a step; implements ``Pacing``.
 
     Some writers report the end of their steps to this node: the messages that they list are due in that step.
@@ -52,71 +24,25 @@ class LockstepPacing:
     """
 
     def __init__(self, node: Node, spinner: Spinner, scenario: LoadedScenario, roster: Roster) -> None:
-        config = scenario.config
-        self._name = node.get_fully_qualified_name()
-        check_name(self._name, roster.members)
-        self._place = roster.members.index(self._name)
-        self._configuration = configuration_of(scenario, roster)
-        self._endpoints = Endpoints(node, topic_table(config, roster), spinner.intra_process)
-        readable = {topic.name for topic in self.readable}
-        awaited = [member for member in roster.members if step_done_topic(member) in readable]
-        self._announcements = Announcements(awaited)
-        self._announced = {
-            topic.name for topic in self.readable if not set(topic.writers).isdisjoint(awaited)
-        }
-        """Topics whose number of messages per step is announced."""
+        super().__init__(node, spinner, scenario, roster)
+        self._announcements = Announcements(self._awaited)
         self._inboxes: dict[str, StepInbox[Stamped | None]] = {}
-        self._watched: set[str] = set()
-        self._period_ns = config.period_ns
-        self._lead = config.command_lead_steps
-        self._n_steps = config.n_steps
-        self._sent: list[tuple[str, int]] = []
-        self._promised: list[str] = []
-        self._newest_tick = -1
-        self._next_look = -math.inf
-        self._missed_clock = False
-        self._endpoints.subscribe(CLOCK, self._on_clock)
-        for member in awaited:
-            self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
+        self._lead = scenario.config.command_lead_steps
 
-    @property
-    def readable(self) -> tuple[Topic, ...]:
-        """See ``Pacing``."""
-        return self._endpoints.readable
-
-    def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
-        """See ``Pacing``."""
-        reject = partial(self._endpoints.rejections.count, topic)
+    def _make_inbox(self, topic: str, reject: Callable[[RejectionError], None]) -> Keep:
         inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject, self._lead)
+        return inbox.add
 
-        def take(message: Stamped) -> None:
-            inbox.add(message.stamp_ns, message)
+    def _take_tick(self, step: int) -> None:
+        if step > self._newest_tick + 1:
+            raise RejectionError(Reason.EARLY, f"tick of step {step} after that of step {self._newest_tick}")
 
-        if raw:
-            self._endpoints.subscribe_raw(topic, lambda data, publish_time_ns: take(decode(data)))
-        else:
-            self._endpoints.subscribe(topic, lambda msg: take(decode(msg)), take)
-
-    def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
-        """See ``Pacing``."""
-        self._watched.add(topic)
-        inbox = self._inboxes[topic] = StepInbox[Stamped | None](
-            self._period_ns, reject=lambda _: None, lead=self._lead
-        )
-
-        def take_and_count(data: bytes, publish_time_ns: int) -> None:
-            take(data, publish_time_ns)
-            with suppress(RejectionError):  # no step waits for it
-                inbox.add(raw_stamp_ns(data), None)
-
-        self._endpoints.subscribe_raw(topic, take_and_count)
+    def _take_done(self, done: Done) -> None:
+        self._announcements.add(done)
 
     async def steps(self) -> AsyncIterator[int]:
         """See ``Pacing``: joins the flight, then yields each step when the clock has reached it."""
-        joined = Done(self._name, JOINED, (), "", self._configuration)
-        self._endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
-        await discover(self._name, self._endpoints)
-        self._send_done(READY, stamp_ns=0, fault="")
+        await self._join()
         for step in range(self._n_steps + 1):
             await self._wait(lambda: self._newest_tick >= step)  # noqa: B023  # not called later
             yield step
@@ -138,45 +64,6 @@ class LockstepPacing:
         }
         return Gathered(messages, faulty)
 
-    def publish(self, topic: str, message: Any, content: Stamped | None = None) -> None:
-        """See ``Pacing``."""
-        self._endpoints.publish(topic, message, content)
-        if topic in self._promised:
-            self._promised.remove(topic)
-        else:
-            self._sent.append((topic, stamp_from_msg(message.header.stamp)))
-
-    def done(
-        self,
-        step: int,
-        fault: str = "",
-        promised: Iterable[str] = (),
-        report: Callable[[], Mapping[str, object]] = dict,
-    ) -> None:
-        """See ``Pacing``."""
-        stamp_ns = step * self._period_ns
-        if is_due(step, self._period_ns):
-            rejections = self._endpoints.rejections
-            self.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, report()))
-        self._promised = list(promised)
-        self._sent += [(topic, stamp_ns) for topic in self._promised]
-        self._send_done(step, stamp_ns, fault)
-
-    async def leave(self) -> None:
-        """See ``Pacing``."""
-        self._endpoints.wait_until_received(FAREWELL_S)
-        end = time.monotonic() + self._place * LEAVE_APART_S
-        await until(lambda: time.monotonic() >= end, LEAVE_APART_S)
-
-    async def _wait(self, condition: Callable[[], bool]) -> None:
-        def holds() -> bool:
-            if condition():
-                return True
-            self._look_for_clock()
-            return False
-
-        await until(holds)
-
     async def _wait_for_announcements(self, step: int, topics: Iterable[str]) -> dict[str, dict[int, int]]:
         """Number of messages that were sent in a step on some topics, by topic and stamp [ns]."""
         await self._wait(lambda: self._announcements.complete(step))
@@ -185,31 +72,3 @@ class LockstepPacing:
             if topic in due:
                 due[topic][stamp_ns] = number
         return due
-
-    def _look_for_clock(self) -> None:
-        """Find out whether the clock is gone for good; before its first tick another may be started."""
-        if self._newest_tick < 0 or time.monotonic() < self._next_look:
-            return
-        self._next_look = time.monotonic() + CLOCK_POLL_S
-        is_gone = CLOCK_NODE in self._endpoints.absent(CLOCK)
-        if is_gone and self._missed_clock:
-            seconds = self._newest_tick * self._period_ns / NANOSECONDS_PER_SECOND
-            when = f"step {self._newest_tick} ({seconds:.2f} s)"
-            raise FlightError(f"{CLOCK_NODE} has gone in {when}: the flight is over")
-        self._missed_clock = is_gone
-
-    def _on_clock(self, msg: Clock) -> None:
-        step = step_at(stamp_from_msg(msg.clock), self._period_ns)
-        if step <= self._newest_tick:
-            raise RejectionError(Reason.STALE, f"tick of step {step} after that of step {self._newest_tick}")
-        if step > self._newest_tick + 1:
-            raise RejectionError(Reason.EARLY, f"tick of step {step} after that of step {self._newest_tick}")
-        self._newest_tick = step
-
-    def _on_step_done(self, member: str, msg: StepDone) -> None:
-        self._announcements.add(done_from_msg(msg, member))
-
-    def _send_done(self, step: int, stamp_ns: int, fault: str) -> None:
-        done = Done(self._name, step, tuple(self._sent), fault)
-        self._endpoints.publish(step_done_topic(self._name), done_to_msg(done, stamp_ns))
-        self._sent = []

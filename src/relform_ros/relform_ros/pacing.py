@@ -5,7 +5,7 @@ that it is done. Whether it waits for others meanwhile, and for how long, is up 
 """
 
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from relform_ros.topics import Topic
@@ -27,6 +27,8 @@ class Gathered:
     """Decoded, by topic in the order in which the node began to read them, oldest first; never empty."""
     faulty: bool
     """Whether a sender of this step reported that it cannot continue."""
+    arrivals_ns: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    """Instants of the flight at which the messages of a topic arrived [ns]; absent: at that of the step."""
 
 
 class Pacing(Protocol):
@@ -52,7 +54,7 @@ class Pacing(Protocol):
         """
 
     def steps(self) -> AsyncIterator[int]:
-        """The steps of the flight, each when it begins for this node.
+        """The steps of the flight, each when it begins for this node; one that is late may skip some.
 
         Raises:
             FlightError: the flight is over before its last step.
@@ -83,7 +85,7 @@ class Pacing(Protocol):
         promised: Iterable[str] = (),
         report: Callable[[], Mapping[str, object]] = dict,
     ) -> None:
-        """Report that this node has finished a step; to be called once in each step.
+        """Report that this node has finished a step; to be called once in each step that it gets.
 
         Args:
             fault: why the node cannot continue; empty: it can.

@@ -1,6 +1,7 @@
 """How the nodes of one process wait: meanwhile callbacks run, and other nodes continue."""
 
 import inspect
+import math
 import time
 import types
 from collections.abc import Callable, Coroutine, Generator, Iterable
@@ -30,9 +31,17 @@ class StopRequestedError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Wait:
-    """One logic waits, and has to be asked again after this time at the latest [s]."""
+    """One logic waits, and has to be asked again after some time."""
 
     poll_s: float
+    """At the latest after this time [s]."""
+    deadline: float = math.inf
+    """At the latest at this instant of ``time.monotonic`` [s]."""
+
+    @property
+    def left_s(self) -> float:
+        """Time until then [s]."""
+        return max(0.0, min(self.poll_s, self.deadline - time.monotonic()))
 
 
 Logic = Coroutine[Wait, None, None]
@@ -40,16 +49,19 @@ Logic = Coroutine[Wait, None, None]
 
 
 @types.coroutine
-def until(condition: Callable[[], bool], poll_s: float = SIGNAL_LATENCY_S) -> Generator[Wait, None, None]:
+def until(
+    condition: Callable[[], bool], poll_s: float = SIGNAL_LATENCY_S, deadline: float = math.inf
+) -> Generator[Wait, None, None]:
     """Wait until a condition holds.
 
     Args:
         condition: asked after each callback; an error that it raises ends the waiting.
         poll_s: how often it is asked if nothing happens.
+        deadline: instant of ``time.monotonic`` at which it is asked in any case [s].
     """
     if condition():
         return
-    wait = Wait(poll_s)
+    wait = Wait(poll_s, deadline)
     yield wait
     while not condition():
         yield wait
@@ -98,7 +110,7 @@ class Spinner:
                         self.once(0.0)
                         next_look = time.monotonic() + LOOK_EVERY_S
                 elif waits:
-                    self.once(min(wait.poll_s for wait in waits.values() if wait is not None))
+                    self.once(min(wait.left_s for wait in waits.values() if wait is not None))
         finally:
             for logic in waits:
                 logic.close()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_core.arrays import Array
-from relform_core.flight_modes import VehicleMode
+from relform_core.flight_modes import Request, VehicleMode
 from relform_core.measurements import RotorCommand
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
@@ -61,6 +61,10 @@ class Onboard:
         """The newest command that applies already."""
         self._early: dict[int, RotorCommand] = {}
         """Those to come, by stamp [ns]."""
+        self._hears = False
+        """Whether a command has arrived within the present interval."""
+        self._replays = False
+        """Whether the present interval counts as flown on an earlier command."""
         self._is_disarmed = False
         self.mode = VehicleMode.HOVERING
         """What the vehicle does."""
@@ -93,15 +97,10 @@ class Onboard:
             optic_flow: likewise.
             sonar: likewise.
         """
-        if not commands:
+        if not commands and not self._hears:
             self.counts.missing += 1
-        for command in commands:
-            if self._acceptable(command, stamp_ns):
-                self._early[command.stamp_ns] = command
-            else:
-                self.counts.rejected += 1
-        for due_ns in sorted(each for each in self._early if each <= stamp_ns):
-            self._last = self._early.pop(due_ns)
+        self._hears = False
+        self._take(commands, stamp_ns)
         self.flown_stamp_ns = None
         if self._is_disarmed:
             self.counts.disarmed += 1
@@ -113,6 +112,8 @@ class Onboard:
             speeds = self._failsafe.hover(imu, optic_flow)
         elif (planned := self._planned(stamp_ns, self._last)) is not None:
             self.flown_stamp_ns = self._last.stamp_ns
+            self._replays = stamp_ns - self._last.stamp_ns >= self._last.period_ns
+            self.counts.replayed += self._replays
             self.mode = VehicleMode.FLYING
             speeds = planned
         else:
@@ -121,6 +122,41 @@ class Onboard:
             self._is_disarmed = sonar.range <= sonar.range_min  # from the next interval on
             speeds = self._failsafe.sink(imu, optic_flow)
         return np.clip(speeds, self._speed_min, self._speed_max)
+
+    def update(self, now_ns: int, commands: Sequence[RotorCommand]) -> Array | None:
+        """Take commands within an interval: a vehicle that flies a plan changes to a newer one at once.
+
+        Everything else that commands ask for waits for the next interval.
+
+        Args:
+            now_ns: an instant within the interval of the last call of ``rotor_speeds``; never decreases.
+            commands: what has arrived since the call before, in order of arrival.
+        Returns:
+            Rotor speeds of the rest of the interval, within the limits [rad/s], shape (4,); None: as before.
+        """
+        self._hears |= bool(commands)
+        before = self._last
+        self._take(commands, now_ns)
+        if self.flown_stamp_ns is None or self._last is None or self._last is before:
+            return None
+        planned = self._planned(now_ns, self._last) if self._last.request is Request.FLY else None
+        if planned is None:
+            return None
+        self.flown_stamp_ns = self._last.stamp_ns
+        if self._replays and now_ns - self._last.stamp_ns < self._last.period_ns:
+            self._replays = False
+            self.counts.replayed -= 1
+        return np.clip(planned, self._speed_min, self._speed_max)
+
+    def _take(self, commands: Sequence[RotorCommand], now_ns: int) -> None:
+        """Keep the good ones among commands that have arrived, and let those apply that are due."""
+        for command in commands:
+            if self._acceptable(command, now_ns):
+                self._early[command.stamp_ns] = command
+            else:
+                self.counts.rejected += 1
+        for due_ns in sorted(each for each in self._early if each <= now_ns):
+            self._last = self._early.pop(due_ns)
 
     def _acceptable(self, command: RotorCommand, stamp_ns: int) -> bool:
         """Whether a command is well formed, new, newer than the one that is flown, and not too early."""
@@ -143,6 +179,5 @@ class Onboard:
             return last.speeds
         if age_ns > self._plan_max_ns or intervals_later > len(last.predicted_speeds):
             return None
-        self.counts.replayed += 1
         predicted: Array = last.predicted_speeds[intervals_later - 1]
         return predicted

@@ -7,7 +7,7 @@ flight is the same, bit for bit, in one process and over ROS.
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from relform_core.sensors.flight_status import FLIGHT_STATUS, FlightStatus
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.optic_flow import OPTIC_FLOW
 from relform_core.sensors.sonar import SONAR
-from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_core.units import NANOSECONDS_PER_SECOND, seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
 from relform_sensors.suite import SensorSuite
 from relform_sim.faults import find_fault
@@ -51,6 +51,10 @@ class Vehicle:
         index = config.team.vehicles.index(name)
         self._config = config
         self._period_ns = config.period_ns
+        self._takes_every_ns = (
+            self._period_ns if config.real_time is None else seconds_to_ns(config.plant.step)
+        )
+        """How often commands are taken: in lock-step they arrive at control instants only."""
         self._acknowledges_commands = config.acknowledges_commands
         self._limits = config.vehicle
         self._name = name
@@ -90,12 +94,19 @@ class Vehicle:
         self._limits = config
         self._onboard.set_limits(config.failsafe)
 
-    def advance(self, step: int, command: RotorCommand | None) -> Odometry:
+    def receive(self, command: RotorCommand, sent_ns: int) -> None:
+        """Send a command of the controller over the link at an instant of the interval to be flown next [ns].
+
+        The instants of the calls never decrease.
+        """
+        self._link.down.send(sent_ns, command)
+
+    def advance(self, step: int, command: RotorCommand | None = None) -> Odometry:
         """Integrate from the step before and return the ground truth at t_step; step 0: the initial one.
 
         Args:
-            command: the one for [t_{step - 1}, t_step], sent by the controller at t_{step - 1}; None: it sent
-                none. Step 0: not used.
+            command: one that the controller sent at t_{step - 1}; None: none beside those of ``receive``.
+                Step 0: not used.
         Raises:
             FlightError: the step before was not advanced to, or not measured.
         """
@@ -144,17 +155,27 @@ class Vehicle:
             raise FlightError(f"{self._name}: step {step} was not measured before step {step + 1}")
         time = stamp_ns / NANOSECONDS_PER_SECOND
         if command is not None:
-            self._link.down.send(stamp_ns, command)
+            self.receive(command, stamp_ns)
         arrived = self._link.down.deliver(stamp_ns)
         speeds = self._onboard.rotor_speeds(stamp_ns, arrived, imu, optic_flow, sonar)
-        self._applied.append(speeds)
+        flown: list[tuple[float, Array]] = []
+        """Rotor speeds [rad/s], and how long each were commanded [s]."""
+        begin_ns = stamp_ns
+        for now_ns in range(
+            stamp_ns + self._takes_every_ns, stamp_ns + self._period_ns, self._takes_every_ns
+        ):
+            newer = self._onboard.update(now_ns, self._link.down.deliver(now_ns))
+            if newer is not None:
+                flown.append(((now_ns - begin_ns) / NANOSECONDS_PER_SECOND, speeds))
+                begin_ns, speeds = now_ns, newer
+        duration = self._config.controller.period - (begin_ns - stamp_ns) / NANOSECONDS_PER_SECOND
+        flown.append((duration, speeds))
+        self._applied.append(_mean_speeds(flown))
         winds = [wind.force_N for wind in self._winds if wind.active(time)]
-        self._plant.advance(
-            tuple(speeds.tolist()),
-            self._config.controller.period,
-            wind_N=(sum(w[0] for w in winds), sum(w[1] for w in winds), sum(w[2] for w in winds)),
-            thrust_scale=math.prod(event.scale for event in self._thrust_scales if event.active(time)),
-        )
+        wind_N = (sum(w[0] for w in winds), sum(w[1] for w in winds), sum(w[2] for w in winds))
+        thrust_scale = math.prod(event.scale for event in self._thrust_scales if event.active(time))
+        for duration, speeds in flown:
+            self._plant.advance(tuple(speeds.tolist()), duration, wind_N=wind_N, thrust_scale=thrust_scale)
 
     def _check_instant(self, step: int, ground_truth: Mapping[str, Odometry]) -> None:
         if step != self._step:
@@ -171,3 +192,12 @@ class Vehicle:
 
     def _stamp_ns(self, step: int) -> int:
         return step * self._period_ns
+
+
+def _mean_speeds(flown: Sequence[tuple[float, Array]]) -> Array:
+    """Rotor speeds of the mean thrusts of some spans, given with their lengths [s] and speeds [rad/s]."""
+    if len(flown) == 1:
+        return flown[0][1]
+    durations, speeds = zip(*flown, strict=True)
+    means: Array = np.sqrt(np.average(np.square(speeds), axis=0, weights=durations))
+    return means

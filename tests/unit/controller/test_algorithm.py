@@ -355,3 +355,16 @@ def test_after_a_failed_start_the_next_step_is_a_start() -> None:
     assert solve(solver, not_finite(layout.VELOCITY))[1].state is SolverState.FALLBACK
     solver.prepare_next()
     assert solve(solver)[1].sqp_steps > 1
+
+
+def test_a_skipped_step_shifts_the_plan_once_more() -> None:
+    shifted = shift(NEXT, predictor(PROBLEM.ocp), PROBLEM.ocp)
+    plan, geometry = transform(shifted, NEXT_GEOMETRY, PROBLEM.ocp.pairs)
+    prediction = started(make_solver()).skip(1)
+    assert np.array_equal(prediction.states, plan.states[:, 0])
+    assert np.array_equal(prediction.geometry.p_I1I2_I1, geometry.p_I1I2_I1)
+
+
+def test_a_skip_needs_a_plan() -> None:
+    with pytest.raises(RuntimeError, match="skip"):
+        make_solver().skip(1)

@@ -136,3 +136,11 @@ def test_old_intervals_are_forgotten(log: InputLog) -> None:
         log.take_changes(step * PERIOD_NS)
     assert log.thrusts(499 * PERIOD_NS - PERIOD_NS)[0] == pytest.approx(flown[-1])
     assert log.thrusts(5 * PERIOD_NS) == pytest.approx(HOVER)  # as if it had never been
+
+
+def test_without_a_command_the_plan_before_continues(log: InputLog) -> None:
+    log.plan_continues(7 * PERIOD_NS)
+    assert log.thrusts(7 * PERIOD_NS) == pytest.approx(log.thrusts(99 * PERIOD_NS)), "a hover: no plan"
+    log.command(8 * PERIOD_NS, planned(8))
+    log.plan_continues(9 * PERIOD_NS)
+    assert log.thrusts(9 * PERIOD_NS) == pytest.approx(planned(8)[:, 1])

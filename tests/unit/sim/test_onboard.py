@@ -283,3 +283,45 @@ def test_failsafe_of_a_slow_loop_is_softer() -> None:
     still = OpticFlow(0, np.zeros(3), np.eye(3))
     torque, _ = torque_and_thrust(Failsafe(VEHICLE, 0.1).sink(imu(w_NB_B=(0.5, -0.4, 0.1)), still))
     assert torque == pytest.approx(-6.0 * np.array(VEHICLE.inertia) * [0.5, -0.4, 0.1])
+
+
+def readings() -> tuple[Imu, OpticFlow, Sonar]:
+    flow = OpticFlow(0, np.zeros(3), np.eye(3))
+    return imu(), flow, Sonar(0, 2.5, 0.25, 10.0, 0.5)
+
+
+def test_a_newer_plan_is_flown_at_once_within_an_interval() -> None:
+    computer = Onboard(VEHICLE, 0.05)
+    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], *readings())
+    assert computer.rotor_speeds(4 * PERIOD_NS, [], *readings()) == flown(3, 1)
+    assert computer.counts == OnboardCounts(missing=1, replayed=1)
+    assert computer.update(4 * PERIOD_NS + 5_000_000, []) is None
+    assert computer.update(4 * PERIOD_NS + 20_000_000, [command(4)]) == flown(4, 0)
+    assert computer.flown_stamp_ns == 4 * PERIOD_NS
+    assert computer.counts == OnboardCounts(missing=1), "the command came late, but not too late"
+    assert computer.rotor_speeds(5 * PERIOD_NS, [], *readings()) == flown(4, 1)
+    assert computer.counts == OnboardCounts(missing=1, replayed=1), "one came in the interval before"
+
+
+def test_a_late_plan_is_flown_from_where_it_is() -> None:
+    computer = Onboard(VEHICLE, 0.05)
+    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], *readings())
+    computer.rotor_speeds(6 * PERIOD_NS, [], *readings())
+    assert computer.update(6 * PERIOD_NS + 5_000_000, [command(5)]) == flown(5, 1)
+    assert computer.counts.replayed == 1
+
+
+def test_a_vehicle_that_hovers_starts_to_fly_with_an_interval() -> None:
+    computer = Onboard(VEHICLE, 0.05)
+    computer.rotor_speeds(0, [], *readings())
+    assert computer.update(5_000_000, [command(0)]) is None
+    assert computer.rotor_speeds(PERIOD_NS, [], *readings()) == flown(0, 1)
+    assert computer.counts == OnboardCounts(missing=1, hovered=1, replayed=1)
+
+
+def test_within_an_interval_bad_commands_are_refused_and_early_ones_kept() -> None:
+    computer = Onboard(VEHICLE, 0.05)
+    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], *readings())
+    assert computer.update(3 * PERIOD_NS + 5_000_000, [command(2), command(4)]) is None
+    assert computer.counts.rejected == 1
+    assert computer.rotor_speeds(4 * PERIOD_NS, [], *readings()) == flown(4, 0)

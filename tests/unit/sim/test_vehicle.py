@@ -14,10 +14,12 @@ from relform_core.errors import FlightError
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
 from relform_core.sensors.imu import IMU
 from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_core.units import GRAVITY
 from relform_sim.vehicle import Vehicle
+from support.scenarios import NOISE_FREE
 
 PAPER = Path(__file__).parents[3] / "config/scenarios/paper.yaml"
 START = ("start.position_m=[1.0, 2.0, 3.0]", "start.yaw_deg=30.0")
@@ -256,6 +258,31 @@ def test_faults_name_the_vehicle() -> None:
     truth, vehicles = flight.ground_truth[4], flight.vehicles
     assert "follower_1 touched the ground" in (vehicles["follower_1"].fault(4, truth) or "")
     assert vehicles["leader"].fault(4, truth) is None
+
+
+def test_in_real_time_a_command_applies_when_it_arrives() -> None:
+    config = load(*EXACT, *NOISE_FREE, "pacing=real_time")
+    vehicles = {name: Vehicle(config, 0, name) for name in config.team.vehicles}
+    leader, period_ns, factors = vehicles["leader"], config.period_ns, (1.02, 1.04, 1.06)
+    speeds, acknowledged = [], []
+    for step in range(4):
+        if step > 0:
+            commanded = factors[step - 1] * HOVER * np.ones(4)
+            leader.receive(command(step - 1, commanded), (step - 1) * period_ns + 18_000_000)
+        truth = {name: vehicle.advance(step) for name, vehicle in vehicles.items()}
+        acknowledged.append(leader.measure(step, truth).newest(APPLIED_ROTOR_SPEEDS))
+        for name in config.team.followers:
+            vehicles[name].measure(step, truth)
+        speeds.append(float(truth["leader"].v_NB_B[2]))
+    # The first interval is a hover. In the others the last plan goes on until 20 ms after their start.
+    lifts = [(factor**2 - 1.0) * GRAVITY for factor in factors]
+    changes = [0.0, 0.02 * lifts[0] + 0.03 * lifts[1], 0.02 * lifts[1] + 0.03 * lifts[2]]
+    assert np.diff(speeds) == pytest.approx(changes, abs=1e-6)
+    assert acknowledged[-1] is not None
+    mean = HOVER * math.sqrt(0.4 * 1.04**2 + 0.6 * 1.06**2)
+    assert acknowledged[-1].speeds[-1] == pytest.approx(np.full(4, mean), rel=1e-12)
+    assert acknowledged[-1].command_stamp_ns == 2 * period_ns
+    assert leader.counts.missing == 1, "nothing had come before the first interval"
 
 
 def advanced(*steps: int) -> Vehicle:

@@ -40,8 +40,10 @@ def read_recorded_flight(path: Path, configuration: Path | str | None = None) ->
     try:
         recording = _Recording(bag, scenario.config, Roster.of(scenario.config).controllers[0])
         steps: list[RecordedStep] = []
-        while (gap := recording.gap(len(steps))) is None:
-            steps.append(recording.step(len(steps)))
+        step = recording.first
+        while (gap := recording.gap(step)) is None:
+            steps.append(recording.step(step))
+            step = recording.following(step)
     except MessageError as error:
         raise BagError(f"{bag}: {error}") from None
     if not steps:
@@ -73,6 +75,25 @@ class _Recording:
                 self._add_event(event_from_msg(decode(entry), config.team))
             else:  # the controller, too, takes the first of two
                 self._messages.setdefault((entry.topic, raw_stamp_ns(entry.data)), entry)
+        self._last = max(self._decided, default=-1)
+
+    @property
+    def first(self) -> int:
+        """The first control step of the controller, if the bag holds the flight from its start."""
+        holds_start = any(stamp_ns == 0 for _, stamp_ns in self._messages)
+        return self.following(-1) if holds_start else 0
+
+    def following(self, step: int) -> int:
+        """The next control step; in real time a controller that is late leaves steps out."""
+        if self._config.real_time is not None:
+            for later in range(step + 1, self._last + 1):
+                if later in self._decided or self._is_answered(later):
+                    return later
+        return step + 1
+
+    def _is_answered(self, step: int) -> bool:
+        """Whether the bag holds a command of a control step."""
+        return any((topic, self._answer_ns(step)) in self._messages for topic in self._commands.values())
 
     def gap(self, step: int) -> str | None:
         """Why this step cannot be replayed, in words; empty: the flight ended before; None: it can."""

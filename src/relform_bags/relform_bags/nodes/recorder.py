@@ -9,7 +9,7 @@ from relform_bags.nodes.flight_recorder import FlightRecorder
 from relform_bags.nodes.topic_recorder import TopicRecorder
 from relform_core.names import RECORDER_NODE, split_node_name
 from relform_core.roster import Roster
-from relform_ros.lockstep_pacing import LockstepPacing
+from relform_ros.make_pacing import make_pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, run_node
 from relform_ros.spinner import Spinner
@@ -24,7 +24,7 @@ def build_recorder(node: Node, spinner: Spinner) -> Runnable:
     observers = read_observers(node)
     if node.get_fully_qualified_name() in observers:
         scenario = read_scenario(node)
-        pacing = LockstepPacing(node, spinner, scenario, Roster.of(scenario.config, observers))
+        pacing = make_pacing(node, spinner, scenario, Roster.of(scenario.config, observers))
         return FlightRecorder(node, spinner, scenario, pacing)
     return TopicRecorder(node, spinner)
 

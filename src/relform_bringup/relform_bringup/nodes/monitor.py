@@ -33,7 +33,7 @@ from relform_core.names import (
 )
 from relform_core.roster import Roster
 from relform_core.units import NANOSECONDS_PER_SECOND
-from relform_ros.lockstep_pacing import LockstepPacing
+from relform_ros.make_pacing import make_pacing
 from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.raw import raw_stamp_ns
@@ -190,7 +190,7 @@ def monitoring(
     try:
         node = create_monitor()
         spinner = Spinner(node, watch=watch)
-        pacing = LockstepPacing(node, spinner, scenario, Roster.of(scenario.config, observers))
+        pacing = make_pacing(node, spinner, scenario, Roster.of(scenario.config, observers))
         logic = MonitorNode(pacing, topics, take)
         yield lambda: spinner.run([logic.run()])
     finally:
@@ -212,7 +212,7 @@ def build_remote_monitor(node: Node, spinner: Spinner) -> Runnable:
     pipe = read_only(node, PIPE, NO_PIPE, "Number of the file to which fly listens; only fly can set it.")
     if pipe == NO_PIPE:
         raise ConfigError(f"parameter {PIPE} is not set: leave {MONITOR_NODE} out of the observers")
-    pacing = LockstepPacing(node, spinner, scenario, Roster.of(scenario.config, observers))
+    pacing = make_pacing(node, spinner, scenario, Roster.of(scenario.config, observers))
     return _RemoteMonitor(pacing, logged_topics(scenario, observers), Connection(pipe, readable=False))
 
 

@@ -1,5 +1,6 @@
 """Node of the formation controller: measurements of its vehicles in, rotor speeds out."""
 
+import math
 import sys
 from collections import Counter
 from collections.abc import Mapping
@@ -26,6 +27,7 @@ from relform_core.names import (
     vehicle_topic,
 )
 from relform_core.roster import Controller, Roster
+from relform_core.scenario_config import ScenarioConfig
 from relform_core.telemetry import (
     Decision,
     EstimatorReport,
@@ -42,7 +44,7 @@ from relform_msgs.srv import SetFormation
 from relform_ros.commands import rotor_command_to_msg
 from relform_ros.events import event_to_msg, formation_from_msgs
 from relform_ros.live_parameters import LiveParameters
-from relform_ros.lockstep_pacing import LockstepPacing
+from relform_ros.make_pacing import make_pacing
 from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, run_node
@@ -55,7 +57,7 @@ RENAMED = "leader: warning: this executable is now called controller: ros2 run r
 
 
 class ControllerNode:
-    """Lets the controller decide once per step, when everything that the vehicles sent has arrived."""
+    """Lets the controller decide once per step that it gets, on what the vehicles sent for it."""
 
     def __init__(self, node: Node, scenario: LoadedScenario, me: Controller, pacing: Pacing) -> None:
         config = scenario.config
@@ -65,7 +67,7 @@ class ControllerNode:
         self._me = me
         self._telemetry = (me.state, me.solver, me.reference, me.events)
         """No vehicle waits for these topics."""
-        self._controller = make_controller(config)
+        self._controller = make_controller(config, time_budget=_time_budget(config))
         self._parameters = LiveParameters(
             node, LiveControllerValues.from_scenario(scenario, self._controller.check_formation)
         )
@@ -226,15 +228,20 @@ def _stamps(messages: Mapping[str, tuple[Any, ...]]) -> tuple[tuple[str, int], .
     return tuple((topic, message.stamp_ns) for topic, each in messages.items() for message in each)
 
 
+def _time_budget(config: ScenarioConfig) -> float:
+    """Time after which no further SQP step of a decision begins [s]."""
+    return math.inf if config.real_time is None else config.real_time.solver_share * config.controller.period
+
+
 def build_controller(node: Node, spinner: Spinner) -> Runnable:
-    """A controller in lock-step, by the parameters of the node.
+    """A controller, by the parameters of the node.
 
     Raises:
         ConfigError: a parameter is missing or not usable, or the node is no controller of the scenario.
     """
     scenario = read_scenario(node)
     roster = Roster.of(scenario.config, read_observers(node))
-    pacing = LockstepPacing(node, spinner, scenario, roster)
+    pacing = make_pacing(node, spinner, scenario, roster)
     return ControllerNode(node, scenario, roster.controller_at(node.get_fully_qualified_name()), pacing)
 
 

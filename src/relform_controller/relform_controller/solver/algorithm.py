@@ -180,6 +180,22 @@ class ModifiedRti:
             self._prepare(self._guess, next_geometry)
         return Prediction(transformed.states[:, 0], next_geometry)
 
+    def skip(self, n_periods: int) -> Prediction:
+        """Prepare for a later control step, as ``prepare_next`` did for the next one.
+
+        Args:
+            n_periods: by how many control periods it is later; beyond the horizon the plan stays as it is.
+        Raises:
+            RuntimeError: ``prepare_next`` was not called before.
+        """
+        if self._following is None:
+            raise RuntimeError("skip() needs a prepare_next() before it")
+        prediction = Prediction(self._following[0].states[:, 0], self._following[1])
+        for _ in range(min(n_periods, round(self._ocp.n_stages * self._ocp.stage / self._ocp.period))):
+            self._solved = self._following
+            prediction = self.prepare_next()
+        return prediction
+
     def _prepare(self, guess: Plan, geometry: TeamGeometry) -> None:
         begin = self._clock()
         self._prepare_failure = ""

@@ -1,4 +1,4 @@
-"""The clock of a flight: owns /clock and the lock-step barrier.
+"""The clock of a flight: owns /clock, and decides when a step begins.
 
 Its exit codes are those of ``relform_core.exit_codes.NodeExit``.
 """
@@ -22,7 +22,8 @@ from relform_ros.diagnostics import diagnostics_to_msg, is_due
 from relform_ros.discovery import DISCOVERY_POLL_S, check_name, discover
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
-from relform_ros.lockstep_pacing import configuration_of
+from relform_ros.flight_pacing import configuration_of
+from relform_ros.metronome import Metronome
 from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.run_node import run_node
 from relform_ros.spinner import Spinner, until
@@ -36,7 +37,7 @@ EXIT_CODES = {SilentNodeError: NodeExit.SILENT_MEMBER, VehicleFaultError: NodeEx
 
 
 class ClockServer:
-    """Ticks when all members have finished the step before."""
+    """Ticks when all members have finished the step before, or in real time when the period is over."""
 
     def __init__(self, node: Node, spinner: Spinner) -> None:
         scenario = read_scenario(node)
@@ -50,7 +51,8 @@ class ClockServer:
         self._members = roster.members
         for member in self._members:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
-        self._barrier = Barrier(
+        make_barrier = Barrier if config.real_time is None else Metronome
+        self._barrier = make_barrier(
             self._members,
             roster.observers,
             configuration=configuration_of(scenario, roster),
@@ -87,8 +89,11 @@ class ClockServer:
             self._endpoints.publish(CLOCK, Clock(clock=stamp_to_msg(stamp_ns)))
             if is_due(step, self._config.period_ns):
                 rejections = self._endpoints.rejections
-                self._endpoints.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, {}))
-            await until(self._barrier.complete)
+                values = self._barrier.report()
+                self._endpoints.publish(
+                    DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, values)
+                )
+            await until(self._barrier.complete, deadline=self._barrier.due())
 
     async def _unresponsive(self) -> list[str]:
         """The members that do not answer a request for a parameter."""

@@ -16,7 +16,7 @@ from relform_core.telemetry import Event, FaultReported, ParametersSet, PerStep
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
-from relform_ros.lockstep_pacing import LockstepPacing
+from relform_ros.make_pacing import make_pacing
 from relform_ros.odometry import odometry_from_msg, odometry_to_msg
 from relform_ros.pacing import Pacing, Stamped
 from relform_ros.parameters import read_observers, read_scenario
@@ -64,7 +64,8 @@ class Quadrotor:
         """
         async for step in self._pacing.steps():
             self._apply_parameters(step)
-            truth = self._vehicle.advance(step, await self._command(step - 1))
+            await self._receive_commands(step - 1)
+            truth = self._vehicle.advance(step)
             self._publish(GROUND_TRUTH, odometry_to_msg(truth, self._name), truth)
             ground_truth = await self._others_truth(step) | {self._name: truth}
             self._publish_measurements(self._vehicle.measure(step, ground_truth))
@@ -81,13 +82,16 @@ class Quadrotor:
         if step == self._n_steps:
             self._parameters.close()
 
-    async def _command(self, step: int) -> RotorCommand | None:
-        """The command of a step; None if the controller sent none."""
+    async def _receive_commands(self, step: int) -> None:
+        """Hand over the commands that have arrived in the interval that begins with a step."""
         if step < 0:
-            return None
-        messages = (await self._pacing.gather(step, [self._command_topic])).messages
-        commands: tuple[RotorCommand, ...] = messages.get(self._command_topic, ())
-        return commands[-1] if commands else None
+            return
+        gathered = await self._pacing.gather(step, [self._command_topic])
+        commands: tuple[RotorCommand, ...] = gathered.messages.get(self._command_topic, ())
+        start_ns = step * self._period_ns
+        arrivals_ns = gathered.arrivals_ns.get(self._command_topic, (start_ns,) * len(commands))
+        for command, arrival_ns in zip(commands, sorted(arrivals_ns), strict=True):
+            self._vehicle.receive(command, max(start_ns, arrival_ns))
 
     async def _others_truth(self, step: int) -> dict[str, Odometry]:
         messages = (await self._pacing.gather(step, self._truth_topics)).messages
@@ -118,7 +122,7 @@ def _vehicle_name(node: Node, roster: Roster) -> str:
 
 
 def build_quadrotor(node: Node, spinner: Spinner) -> Runnable:
-    """A quadrotor in lock-step, by the parameters of the node.
+    """A quadrotor, by the parameters of the node.
 
     Raises:
         ConfigError: a parameter is missing or not usable, or the namespace is not a vehicle.
@@ -126,7 +130,7 @@ def build_quadrotor(node: Node, spinner: Spinner) -> Runnable:
     scenario = read_scenario(node)
     roster = Roster.of(scenario.config, read_observers(node))
     vehicle = _vehicle_name(node, roster)
-    pacing = LockstepPacing(node, spinner, scenario, roster)
+    pacing = make_pacing(node, spinner, scenario, roster)
     return Quadrotor(node, vehicle, scenario, roster, pacing)
 
 

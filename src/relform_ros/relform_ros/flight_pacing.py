@@ -1,0 +1,212 @@
+"""What every pacing does: join a flight, hear its clock, send messages and report the ends of steps."""
+
+import math
+import time
+from abc import ABC, abstractmethod
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from relform_core.errors import FlightError
+from relform_core.load import LoadedScenario
+from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, step_done_topic
+from relform_core.roster import Roster
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_msgs.msg import StepDone
+from relform_ros.diagnostics import diagnostics_to_msg, is_due
+from relform_ros.discovery import check_name, discover
+from relform_ros.endpoints import Endpoints
+from relform_ros.fields import stamp_from_msg
+from relform_ros.lockstep import JOINED, READY, Done, step_at
+from relform_ros.pacing import Gathered, Stamped
+from relform_ros.raw import raw_stamp_ns
+from relform_ros.rejection import Reason, RejectionError
+from relform_ros.spinner import Spinner, until
+from relform_ros.step_done import done_from_msg, done_to_msg
+from relform_ros.topics import Topic, topic_table
+
+CLOCK_POLL_S = 1.0
+"""How often a node checks that the clock of its flight still exists."""
+FAREWELL_S = 1.0
+"""How long a node that ends waits until the others have received what it sent."""
+LEAVE_APART_S = 0.05
+"""Time between the ends of two nodes: Fast DDS 2.14 can block for ever when they leave at the same time."""
+
+Keep = Callable[[int, Any], None]
+"""Takes a message that has arrived, with its stamp [ns]; may raise RejectionError."""
+
+
+def configuration_of(scenario: LoadedScenario, roster: Roster) -> str:
+    """What all nodes of a flight must agree on: a hash of the scenario and its seed, and the observers."""
+    return " ".join((scenario.fingerprint, *sorted(roster.observers)))
+
+
+class FlightPacing(ABC):
+    """The common part of all that implement ``Pacing``.
+
+    Raises:
+        ConfigError: the node is no member of the flight.
+    """
+
+    def __init__(self, node: Node, spinner: Spinner, scenario: LoadedScenario, roster: Roster) -> None:
+        config = scenario.config
+        self._name = node.get_fully_qualified_name()
+        check_name(self._name, roster.members)
+        self._place = roster.members.index(self._name)
+        self._configuration = configuration_of(scenario, roster)
+        self._endpoints = Endpoints(node, topic_table(config, roster), spinner.intra_process)
+        readable = {topic.name for topic in self.readable}
+        self._awaited = tuple(member for member in roster.members if step_done_topic(member) in readable)
+        """The nodes that report the end of their steps to this one."""
+        self._announced = {
+            topic.name for topic in self.readable if not set(topic.writers).isdisjoint(self._awaited)
+        }
+        """Topics of which these reports list the messages."""
+        self._watched: set[str] = set()
+        self._period_ns = config.period_ns
+        self._n_steps = config.n_steps
+        self._sent: list[tuple[str, int]] = []
+        self._promised: list[str] = []
+        self._newest_tick = -1
+        self._next_look = -math.inf
+        self._missed_clock = False
+        self._endpoints.subscribe(CLOCK, self._on_clock)
+        for member in self._awaited:
+            self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
+
+    @abstractmethod
+    def _make_inbox(self, topic: str, reject: Callable[[RejectionError], None]) -> Keep:
+        """Make room for the messages of a topic; returns what takes them.
+
+        Args:
+            reject: called with the reason for each message that no step uses.
+        """
+
+    @abstractmethod
+    def _take_tick(self, step: int) -> None:
+        """The clock has reached a step, later than the newest tick; may raise RejectionError."""
+
+    @abstractmethod
+    def _take_done(self, done: Done) -> None:
+        """A node that is awaited has finished a step; may raise RejectionError."""
+
+    def _own_report(self) -> Mapping[str, object]:
+        """What the pacing adds to the diagnostics of its node."""
+        return {}
+
+    @property
+    def readable(self) -> tuple[Topic, ...]:
+        """See ``Pacing``."""
+        return self._endpoints.readable
+
+    def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
+        """See ``Pacing``."""
+        keep = self._make_inbox(topic, partial(self._endpoints.rejections.count, topic))
+
+        def take(message: Stamped) -> None:
+            keep(message.stamp_ns, message)
+
+        if raw:
+            self._endpoints.subscribe_raw(topic, lambda data, publish_time_ns: take(decode(data)))
+        else:
+            self._endpoints.subscribe(topic, lambda msg: take(decode(msg)), take)
+
+    def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
+        """See ``Pacing``."""
+        self._watched.add(topic)
+        keep = self._make_inbox(topic, lambda _: None)
+
+        def take_and_count(data: bytes, publish_time_ns: int) -> None:
+            take(data, publish_time_ns)
+            with suppress(RejectionError):  # no step waits for it
+                keep(raw_stamp_ns(data), None)
+
+        self._endpoints.subscribe_raw(topic, take_and_count)
+
+    @abstractmethod
+    def steps(self) -> AsyncIterator[int]:
+        """See ``Pacing``."""
+
+    @abstractmethod
+    async def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
+        """See ``Pacing``."""
+
+    def publish(self, topic: str, message: Any, content: Stamped | None = None) -> None:
+        """See ``Pacing``."""
+        self._endpoints.publish(topic, message, content)
+        if topic in self._promised:
+            self._promised.remove(topic)
+        else:
+            self._sent.append((topic, stamp_from_msg(message.header.stamp)))
+
+    def done(
+        self,
+        step: int,
+        fault: str = "",
+        promised: Iterable[str] = (),
+        report: Callable[[], Mapping[str, object]] = dict,
+    ) -> None:
+        """See ``Pacing``."""
+        stamp_ns = step * self._period_ns
+        if is_due(step, self._period_ns):
+            values = {**report(), **self._own_report()}
+            rejections = self._endpoints.rejections
+            self.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, values))
+        self._promised = list(promised)
+        self._sent += [(topic, stamp_ns) for topic in self._promised]
+        self._send_done(step, stamp_ns, fault)
+
+    async def leave(self) -> None:
+        """See ``Pacing``."""
+        self._endpoints.wait_until_received(FAREWELL_S)
+        end = time.monotonic() + self._place * LEAVE_APART_S
+        await until(lambda: time.monotonic() >= end, LEAVE_APART_S)
+
+    async def _join(self) -> None:
+        """Join the flight, find the other nodes, and report that it may start."""
+        joined = Done(self._name, JOINED, (), "", self._configuration)
+        self._endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
+        await discover(self._name, self._endpoints)
+        self._send_done(READY, stamp_ns=0, fault="")
+
+    async def _wait(self, condition: Callable[[], bool], deadline: float = math.inf) -> None:
+        """Wait as ``until`` does, while the clock of the flight exists."""
+
+        def holds() -> bool:
+            if condition():
+                return True
+            self._look_for_clock()
+            return False
+
+        await until(holds, deadline=deadline)
+
+    def _look_for_clock(self) -> None:
+        """Find out whether the clock is gone for good; before its first tick another may be started."""
+        if self._newest_tick < 0 or time.monotonic() < self._next_look:
+            return
+        self._next_look = time.monotonic() + CLOCK_POLL_S
+        is_gone = CLOCK_NODE in self._endpoints.absent(CLOCK)
+        if is_gone and self._missed_clock:
+            seconds = self._newest_tick * self._period_ns / NANOSECONDS_PER_SECOND
+            when = f"step {self._newest_tick} ({seconds:.2f} s)"
+            raise FlightError(f"{CLOCK_NODE} has gone in {when}: the flight is over")
+        self._missed_clock = is_gone
+
+    def _on_clock(self, msg: Clock) -> None:
+        step = step_at(stamp_from_msg(msg.clock), self._period_ns)
+        if step <= self._newest_tick:
+            raise RejectionError(Reason.STALE, f"tick of step {step} after that of step {self._newest_tick}")
+        self._take_tick(step)
+        self._newest_tick = step
+
+    def _on_step_done(self, member: str, msg: StepDone) -> None:
+        self._take_done(done_from_msg(msg, member))
+
+    def _send_done(self, step: int, stamp_ns: int, fault: str) -> None:
+        done = Done(self._name, step, tuple(self._sent), fault)
+        self._endpoints.publish(step_done_topic(self._name), done_to_msg(done, stamp_ns))
+        self._sent = []

@@ -1,0 +1,65 @@
+"""The beat of a flight in real time: step k begins k periods after the first, whatever the members do."""
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from relform_ros.barrier import Barrier
+from relform_ros.lockstep import READY, Done
+
+
+class Metronome(Barrier):
+    """A barrier that waits for its members only before the first step, after the last, and after a fault.
+
+    In between a member may finish steps late, or leave some out. Each step that it had not finished when the
+    next one began is counted; of an observer, when the one after that began. A member that finishes nothing
+    for the step timeout ends the flight.
+    """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        """Arguments as of ``Barrier``."""
+        super().__init__(*args, **options)
+        self._start = self._began
+        """Of step 0, steady time [s]."""
+        self._active = dict.fromkeys(self._finished, self._began)
+        """When each member has last finished a step, or had nothing to do [s]."""
+        self._missed: Counter[str] = Counter()
+        """Number of steps that a member finished late or not at all."""
+
+    def add(self, done: Done) -> None:
+        """See ``Barrier``; a member may leave out steps."""
+        super().add(done)
+        if done.step > READY:
+            self._active[done.node] = self._now()
+
+    def _may_follow(self, step: int, expected: int) -> bool:
+        return step >= expected
+
+    def due(self) -> float:
+        """See ``Barrier``."""
+        return self._start + (self._step + 1) * self._period
+
+    def complete(self) -> bool:
+        """See ``Barrier``: whether the next step may begin."""
+        if self._step in (READY, self._n_steps) or self._faults:
+            return super().complete()
+        now = self._now()
+        _, step_timeout = self._timeouts
+        if silent := [node for node in self._late() if now - self._active[node] > step_timeout]:
+            raise self._silent(silent)
+        return now >= self.due()
+
+    def advance(self) -> int:
+        """See ``Barrier``."""
+        late = self._late()
+        if self._step == READY:
+            self._start = self._now()
+        else:
+            self._missed.update(late)
+        for node in self._active.keys() - set(late):
+            self._active[node] = self._now()
+        return super().advance()
+
+    def report(self) -> Mapping[str, object]:
+        """See ``Barrier``."""
+        return {f"real_time.missed_steps.{node}": self._missed[node] for node in self._finished}

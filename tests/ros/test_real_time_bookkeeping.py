@@ -1,0 +1,235 @@
+"""What nodes count and keep in real time, with a clock that the test sets."""
+
+import pytest
+
+from relform_ros.ages import Ages
+from relform_ros.arrivals import Arrivals, Arrived
+from relform_ros.barrier import SilentNodeError, VehicleFaultError
+from relform_ros.flight_time import FlightTime
+from relform_ros.lockstep import READY, Done
+from relform_ros.metronome import Metronome
+from relform_ros.rejection import Reason, RejectionError
+
+LEADER, CONTROLLER, RECORDER = "/leader/quadrotor", "/formation/controller", "/recorder"
+IMU, COMMAND = "/leader/imu", "/leader/rotor_speeds"
+MS = 1_000_000
+PERIOD_NS = 50 * MS
+
+
+class SteadyClock:
+    def __init__(self) -> None:
+        self.time = 1234.5
+
+    def __call__(self) -> float:
+        return self.time
+
+    def ns(self) -> int:
+        return round(self.time * 1e9)
+
+
+@pytest.fixture
+def now() -> SteadyClock:
+    return SteadyClock()
+
+
+@pytest.fixture
+def metronome(now: SteadyClock) -> Metronome:
+    """Of a flight of six steps that is about to start."""
+    metronome = Metronome(
+        (LEADER, CONTROLLER, RECORDER),
+        observers=(RECORDER,),
+        configuration="",
+        n_steps=6,
+        period=0.05,
+        start_timeout=60.0,
+        step_timeout=2.0,
+        now=now,
+    )
+    finish(metronome, LEADER, CONTROLLER, RECORDER)
+    return metronome
+
+
+def finish(metronome: Metronome, *nodes: str, step: int | None = None, fault: str = "") -> None:
+    for node in nodes:
+        metronome.add(Done(node, metronome.step if step is None else step, (), fault))
+
+
+def missed(metronome: Metronome) -> dict[str, object]:
+    return {
+        node: metronome.report()[f"real_time.missed_steps.{node}"] for node in (LEADER, CONTROLLER, RECORDER)
+    }
+
+
+def test_steps_begin_one_period_after_the_other_without_drift(metronome: Metronome, now: SteadyClock) -> None:
+    assert metronome.complete()
+    assert metronome.advance() == 0
+    for step in (1, 2, 3):
+        due = 1234.5 + step * 0.05
+        assert metronome.due() == pytest.approx(due, abs=1e-9)
+        now.time = due - 0.001
+        finish(metronome, LEADER, CONTROLLER, RECORDER)
+        assert not metronome.complete(), "all have finished, but the period is not over"
+        now.time = due + 0.02  # the clock itself is late
+        assert metronome.complete()
+        assert metronome.advance() == step
+    assert set(missed(metronome).values()) == {0}
+
+
+def test_unfinished_steps_are_counted_and_stop_nothing(metronome: Metronome, now: SteadyClock) -> None:
+    metronome.advance()
+    for _ in range(3):
+        finish(metronome, LEADER)
+        now.time += 0.051
+        assert metronome.complete()
+        metronome.advance()
+    # The recorder may be one step behind.
+    assert missed(metronome) == {LEADER: 0, CONTROLLER: 3, RECORDER: 2}
+    finish(metronome, CONTROLLER, RECORDER, step=3)  # they have left out three steps
+    finish(metronome, LEADER)
+    now.time += 0.051
+    metronome.advance()
+    assert missed(metronome) == {LEADER: 0, CONTROLLER: 3, RECORDER: 2}
+
+
+def test_the_last_step_waits_for_all(metronome: Metronome, now: SteadyClock) -> None:
+    metronome.advance()
+    for _ in range(6):
+        finish(metronome, LEADER, CONTROLLER)
+        now.time += 0.051
+        metronome.advance()
+    finish(metronome, LEADER, CONTROLLER)
+    now.time += 1.0
+    assert not metronome.complete()
+    finish(metronome, RECORDER)
+    assert metronome.complete()
+
+
+def test_a_member_that_stays_silent_is_named(metronome: Metronome, now: SteadyClock) -> None:
+    metronome.advance()
+    for _ in range(5):
+        finish(metronome, LEADER, RECORDER)
+        now.time += 0.39
+        assert metronome.complete()
+        metronome.advance()
+    now.time += 0.1
+    message = r"step 5 \(0.25 s\) not finished within 2 s .*: /formation/controller$"
+    with pytest.raises(SilentNodeError, match=message):
+        metronome.complete()
+
+
+def test_a_clock_that_was_stopped_blames_nobody(metronome: Metronome, now: SteadyClock) -> None:
+    metronome.advance()
+    finish(metronome, LEADER, CONTROLLER, RECORDER)
+    now.time += 30.0
+    assert metronome.complete()
+    metronome.advance()
+    assert metronome.complete(), "the steps of the past begin at once"
+
+
+def test_after_a_fault_the_others_finish_the_step(metronome: Metronome, now: SteadyClock) -> None:
+    metronome.advance()
+    finish(metronome, LEADER, fault="on the ground")
+    finish(metronome, CONTROLLER)
+    now.time += 1.0
+    assert not metronome.complete()
+    finish(metronome, RECORDER)
+    assert metronome.complete()
+    with pytest.raises(VehicleFaultError, match=r"/leader/quadrotor in step 0 \(0.00 s\): on the ground"):
+        metronome.advance()
+
+
+def test_a_step_that_is_to_come_cannot_be_finished(metronome: Metronome) -> None:
+    metronome.advance()
+    with pytest.raises(RejectionError) as rejected:
+        finish(metronome, LEADER, step=1)
+    assert rejected.value.reason is Reason.EARLY
+
+
+def test_the_time_of_a_flight_follows_the_fastest_tick(now: SteadyClock) -> None:
+    flight = FlightTime(PERIOD_NS, now.ns)
+    assert flight.now_ns() == 0
+    now.time = 100.003
+    flight.tick(0)
+    now.time = 100.051
+    flight.tick(1)
+    assert flight.now_ns() == PERIOD_NS
+    now.time = 100.120
+    flight.tick(2)
+    assert flight.now_ns() == 119 * MS, "this tick is 19 ms slower than the one before"
+    assert flight.steady(2 * PERIOD_NS) == pytest.approx(100.101, abs=1e-9)
+
+
+def test_the_time_of_a_flight_follows_a_clock_that_goes_differently(now: SteadyClock) -> None:
+    flight = FlightTime(PERIOD_NS, now.ns)
+    for step in range(1000):
+        now.time = 7.0 + step * 0.05 * (1.0 + 50e-6)
+        flight.tick(step)
+    assert flight.now_ns() == pytest.approx(999 * PERIOD_NS, abs=0.2 * MS)
+
+
+def test_ages() -> None:
+    ages = Ages()
+    assert ages.report("age")["age_median_ms"] == 0.0
+    for age_ns in [*range(MS, 100 * MS, MS), 5000 * MS, -MS]:
+        ages.add(age_ns)
+    assert ages.report("command") == {
+        "command_median_ms": 50.05,
+        "command_99_percent_ms": 99.05,
+        "command_most_ms": 5000.0,
+    }
+
+
+def arrivals() -> Arrivals:
+    kept = Arrivals([LEADER, CONTROLLER], {COMMAND: PERIOD_NS})
+    kept.open(IMU)
+    kept.open(COMMAND)
+    return kept
+
+
+def test_a_step_is_complete_when_all_that_was_sent_has_arrived() -> None:
+    kept = arrivals()
+    kept.report(Done(LEADER, READY, (), ""))
+    kept.report(Done(LEADER, 3, ((IMU, 150 * MS), ("/unread", 150 * MS)), ""))
+    assert not kept.complete(3), "the controller has not finished"
+    kept.report(Done(CONTROLLER, 3, (), ""))
+    assert not kept.complete(3), "the message is still on its way"
+    kept.add(IMU, Arrived(150 * MS, 158 * MS, "imu"))
+    assert kept.complete(3)
+    assert not kept.complete(4)
+    kept.report(Done(LEADER, 5, ((IMU, 250 * MS),), "lost"))
+    kept.report(Done(CONTROLLER, 5, (), ""))
+    assert kept.complete(4), "they have left out step 4"
+    assert kept.faulty
+
+
+def test_messages_wait_for_their_step() -> None:
+    kept = arrivals()
+    for stamp_ms, arrival_ms in ((100, 130), (150, 151), (150, 199), (200, 199)):
+        kept.add(IMU, Arrived(stamp_ms * MS, arrival_ms * MS, (stamp_ms, arrival_ms)))
+    kept.add(COMMAND, Arrived(200 * MS, 160 * MS, "command"))  # for the interval after the next
+
+    def taken(instant_ms: int, end_ms: int | None) -> dict[str, list[object]]:
+        end_ns = None if end_ms is None else end_ms * MS
+        found = kept.take([IMU, COMMAND], instant_ms * MS, end_ns)
+        return {topic: [arrived.message for arrived in each] for topic, each in found.items()}
+
+    assert taken(150, 170) == {IMU: [(100, 130), (150, 151)], COMMAND: ["command"]}
+    assert taken(150, 200) == {IMU: [(150, 199)]}, "what is stamped 200 ms cannot be used at 150 ms"
+    assert taken(150, 250) == {}
+    assert taken(150, None) == {IMU: [(200, 199)]}
+
+
+@pytest.mark.parametrize(
+    ("done", "reason"),
+    [
+        (Done(RECORDER, 0, (), ""), Reason.FOREIGN),
+        (Done(LEADER, 2, (), ""), Reason.STALE),
+        (Done(LEADER, 1, (), ""), Reason.STALE),
+    ],
+)
+def test_unusable_reports_are_refused(done: Done, reason: Reason) -> None:
+    kept = arrivals()
+    kept.report(Done(LEADER, 2, (), ""))
+    with pytest.raises(RejectionError) as rejected:
+        kept.report(done)
+    assert rejected.value.reason is reason
