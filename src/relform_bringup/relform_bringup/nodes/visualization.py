@@ -3,6 +3,7 @@
 It only listens: no step waits for it, and what it misses is gone. So it can neither stop nor change a flight.
 """
 
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -54,7 +55,9 @@ from relform_ros.sensors.wire import wire
 from relform_ros.spinner import Spinner, until
 from relform_ros.telemetry import reference_from_msg, state_from_msg
 
-NEWEST = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+DEPTH = 10
+"""Messages of a topic that wait until this node has time for them."""
+BESIDE = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 """A writer does not wait for such a reader."""
 TRUTH_PREFIX = "truth/"
 """Of the frames of the true poses."""
@@ -72,8 +75,8 @@ class Visualization:
         self._config = config = scenario.config
         self._vehicles = config.team.vehicles
         self._leader = config.team.leader
-        self._imus: dict[str, bytes] = {}
-        """The newest message of each vehicle."""
+        self._imus = {name: deque[bytes](maxlen=DEPTH) for name in self._vehicles}
+        """The newest messages of each vehicle, the oldest first."""
         self._reference: PerStep[TeamReference] | None = None
         self._ahead = PathAhead(config)
         self._followed = Trail(SPACING_NS, LENGTH)
@@ -92,7 +95,7 @@ class Visualization:
         self._listen(FormationReference, controller.reference, self._on_reference)
         for name in self._vehicles:
             imus, truths = vehicle_topic(name, IMU.name), vehicle_topic(name, GROUND_TRUTH)
-            self._listen(wire(IMU).MESSAGE, imus, partial(self._imus.__setitem__, name))
+            self._listen(wire(IMU).MESSAGE, imus, self._imus[name].append)
             self._listen(OdometryMsg, truths, partial(self._on_truth, name))
 
     async def run(self) -> None:
@@ -130,14 +133,14 @@ class Visualization:
             except RejectionError as rejected:
                 self._node.get_logger().warning(f"{topic}: {rejected}", once=True)
 
-        subscribe_raw(self._node, type_, topic, take_it, NEWEST)
+        subscribe_raw(self._node, type_, topic, take_it, BESIDE)
 
     def _on_state(self, data: bytes) -> None:
         stamp_ns = raw_stamp_ns(data)
         if not self._frames_due(stamp_ns):
             return
         state = state_from_msg(deserialize_message(data, FormationState), self._vehicles).value
-        poses = estimated_poses(state, self._attitudes(), self._leader)
+        poses = estimated_poses(state, self._attitudes(stamp_ns), self._leader)
         frames = [transform_to_msg(stamp_ns, pose, body_frame(name)) for name, pose in poses.items()]
         self._tf.publish(TFMessage(transforms=frames))
         for name, pose in poses.items():
@@ -160,12 +163,16 @@ class Visualization:
         transform = transform_to_msg(truth.stamp_ns, Pose(truth.p_NB_N, truth.q_NB), frame)
         self._tf.publish(TFMessage(transforms=[transform]))
 
-    def _attitudes(self) -> dict[str, Array]:
+    def _attitudes(self, stamp_ns: int) -> dict[str, Array]:
+        """By the IMUs at an instant, or the last one before it that arrived."""
         wired = wire(IMU)
-        return {
-            name: wired.from_msg(deserialize_message(data, wired.MESSAGE), name, self._vehicles).q_NB
-            for name, data in self._imus.items()
-        }
+        attitudes = {}
+        for name, readings in self._imus.items():
+            if readings:
+                until_then = (data for data in reversed(readings) if raw_stamp_ns(data) <= stamp_ns)
+                message = deserialize_message(next(until_then, readings[-1]), wired.MESSAGE)
+                attitudes[name] = wired.from_msg(message, name, self._vehicles).q_NB
+        return attitudes
 
     def _publish_markers(self, stamp_ns: int, poses: dict[str, Pose]) -> None:
         shapes = [*obstacle_shapes(self._config), *team_shapes(self._config, poses)]
