@@ -7,9 +7,10 @@ NAME = "relform_bringup"
 HERE = Path(__file__).resolve().parent
 
 
-def config_files() -> list[tuple[str, list[str]]]:
-    """The files of config/, which is a link to the folder at the top, for the same folders below share/."""
-    folders = [HERE / "config", *sorted(path for path in (HERE / "config").iterdir() if path.is_dir())]
+def shared_files() -> list[tuple[str, list[str]]]:
+    """The files for share/, in the same folders; config/ is a link to the folder at the top."""
+    tops = [HERE / name for name in ("config", "launch", "rviz")]
+    folders = [*tops, *sorted(path for path in tops[0].iterdir() if path.is_dir())]
     return [
         (
             f"share/{NAME}/{folder.relative_to(HERE)}",
@@ -31,7 +32,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        *config_files(),
+        *shared_files(),
     ],
     install_requires=["setuptools"],
     zip_safe=False,

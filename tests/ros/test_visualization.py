@@ -5,12 +5,14 @@ import signal
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import domain_coordinator
 import numpy as np
 import pytest
+import yaml
 from nav_msgs.msg import Path as PathMsg
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -24,6 +26,9 @@ from support.nodes import Nodes
 from support.observer import Observer
 from support.scenarios import NOISE_FREE, paper_scenario
 
+LAYOUT = Path(__file__).parents[2] / "src/relform_bringup/rviz/relform.rviz"
+NOT_CHOSEN = {"/tf", "/tf_static", "/parameter_events"}
+"""Topics that a user of RViz does not choose."""
 TEAM = ("leader", "follower_1", "follower_2")
 SCENARIO = paper_scenario(
     *NOISE_FREE,
@@ -46,6 +51,8 @@ class Seen:
     markers: list[Any]
     paths: dict[str, list[Any]]
     reference_path: list[Any]
+    published: dict[str, str]
+    """Type by topic."""
 
 
 @pytest.fixture(scope="module")
@@ -63,16 +70,19 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Seen]:
             collect(MarkerArray, "/formation/markers"),
             {name: collect(PathMsg, f"/{name}/path") for name in TEAM},
             collect(PathMsg, "/leader/reference_path"),
+            {},
         )
         nodes.start("visualization")
         observer.until(lambda: all(seen.descriptions.values()))
+        of_node = observer.node.get_publisher_names_and_types_by_node("visualization", "/")
+        seen.published.update({topic: type_name for topic, (type_name,) in of_node})
         for name in (*TEAM, "controller", "clock"):
             nodes.start(name)
         flying = [nodes.processes[name] for name in (*TEAM, "controller", "clock")]
         observer.until(lambda: all(process.poll() is not None for process in flying))
         assert [process.returncode for process in flying] == [0] * 5
         nodes.processes["visualization"].send_signal(signal.SIGINT)
-        assert nodes.end("visualization")[0] == 130
+        assert nodes.end("visualization")[0] == 0
         yield seen
 
 
@@ -147,3 +157,23 @@ def test_paths_are_where_the_vehicles_flew_and_the_leader_should(seen: Seen) -> 
     for pose, step in zip(first.poses, steps, strict=True):
         position = [getattr(pose.pose.position, axis) for axis in "xyz"]
         assert position == pytest.approx(log.p_NB_N[min(step, len(log.p_NB_N) - 1), 0], abs=0.1)
+
+
+def test_the_layout_of_rviz_names_what_is_published(seen: Seen) -> None:
+    types = {
+        "MarkerArray": "visualization_msgs/msg/MarkerArray",
+        "Path": "nav_msgs/msg/Path",
+        "RobotModel": "std_msgs/msg/String",
+    }
+    manager = yaml.safe_load(LAYOUT.read_text())["Visualization Manager"]
+    shown = {
+        topic["Value"]: types[display["Class"].removeprefix("rviz_default_plugins/")]
+        for display in manager["Displays"]
+        if (topic := display.get("Topic") or display.get("Description Topic"))
+    }
+    assert manager["Global Options"]["Fixed Frame"] == "map"
+    assert shown == {topic: name for topic, name in seen.published.items() if topic not in NOT_CHOSEN}
+    latched = {
+        d["Description Topic"]["Durability Policy"] for d in manager["Displays"] if "Description Topic" in d
+    }
+    assert latched == {"Transient Local"}

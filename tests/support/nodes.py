@@ -14,6 +14,7 @@ OTHERS = {
     "controller": ("relform_controller", "controller"),
     "clock": ("relform_sim", "clock"),
     "recorder": ("relform_bags", "recorder"),
+    "composed": ("relform_bringup", "composed"),
     "visualization": ("relform_bringup", "visualization"),
 }
 HOVER = "{kind: hover, ramp_s: 0.0}"
@@ -61,7 +62,7 @@ class Nodes:
             process.communicate()
 
     def start(self, name: str, *parameters: str, arguments: Sequence[str] = ()) -> subprocess.Popen[str]:
-        """Start a vehicle, the ``controller``, the ``clock``, the ``recorder`` or the ``visualization``."""
+        """Start a vehicle, or one of OTHERS."""
         given = (part for each in parameters for part in ("-p", each))
         arguments = [*self._arguments, *given, *arguments]
         if name in self._vehicles:

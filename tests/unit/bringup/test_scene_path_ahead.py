@@ -8,7 +8,7 @@ import pytest
 from relform_bringup.scene.path_ahead import PathAhead
 from relform_controller.reference.trajectory import LeaderTrajectory
 from relform_core.telemetry import TeamReference
-from support.scenarios import paper_scenario
+from support.scenarios import FROM_GROUND, paper_scenario
 
 CONFIG = paper_scenario("start.yaw_deg=50").config
 STEP_NS = CONFIG.period_ns
@@ -51,3 +51,10 @@ def test_a_reference_that_is_not_on_the_path_has_none_ahead() -> None:
     assert ahead.after(MOVING, elsewhere, SPACING_NS, 9) == []
     assert ahead.after(MOVING, slower, SPACING_NS, 9) == []
     assert len(ahead.after(MOVING, reference(MOVING), SPACING_NS, 9)) == 9
+
+
+def test_a_flight_from_the_ground_reaches_the_path_later() -> None:
+    config = paper_scenario("start.yaw_deg=50", FROM_GROUND).config
+    assert config.n_steps > CONFIG.n_steps
+    (stamp, _), *_ = PathAhead(config).after(200 + MOVING, reference(MOVING), SPACING_NS, length=2)
+    assert stamp // STEP_NS == 200 + MOVING + 2

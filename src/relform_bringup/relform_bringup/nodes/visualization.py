@@ -5,6 +5,7 @@ It only listens: no step waits for it, and what it misses is gone. So it can nei
 
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -52,7 +53,7 @@ from relform_ros.raw import raw_stamp_ns, subscribe_raw
 from relform_ros.rejection import RejectionError
 from relform_ros.run_node import run_node
 from relform_ros.sensors.wire import wire
-from relform_ros.spinner import Spinner, until
+from relform_ros.spinner import Spinner, StopRequestedError
 from relform_ros.telemetry import reference_from_msg, state_from_msg
 
 DEPTH = 10
@@ -70,8 +71,9 @@ SPACING_NS, LENGTH = seconds_to_ns(0.1), 600
 class Visualization:
     """Publishes what tools of ROS draw, from the messages of a flight."""
 
-    def __init__(self, node: Node, scenario: LoadedScenario) -> None:
+    def __init__(self, node: Node, spinner: Spinner, scenario: LoadedScenario) -> None:
         self._node = node
+        self._spinner = spinner
         self._config = config = scenario.config
         self._vehicles = config.team.vehicles
         self._leader = config.team.leader
@@ -99,12 +101,10 @@ class Visualization:
             self._listen(OdometryMsg, truths, partial(self._on_truth, name))
 
     async def run(self) -> None:
-        """Draw until a signal arrives.
-
-        Raises:
-            StopRequestedError: by a signal.
-        """
-        await until(lambda: False)
+        """Draw until a signal arrives."""
+        with suppress(StopRequestedError):
+            while True:
+                self._spinner.once()
 
     def _describe(self, vehicle: str) -> Publisher:
         publisher = self._node.create_publisher(String, vehicle_topic(vehicle, ROBOT_DESCRIPTION), LATCHED)
@@ -195,7 +195,7 @@ def build_visualization(node: Node, spinner: Spinner) -> Visualization:
     Raises:
         ConfigError: the parameter ``scenario`` is missing or not usable.
     """
-    return Visualization(node, read_scenario(node))
+    return Visualization(node, spinner, read_scenario(node))
 
 
 def main() -> int:

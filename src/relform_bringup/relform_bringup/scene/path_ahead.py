@@ -20,7 +20,8 @@ class PathAhead:
 
     def __init__(self, config: ScenarioConfig) -> None:
         self._period_ns = config.period_ns
-        path = LeaderTrajectory(config, n_extra=0).at(np.arange(config.n_steps + 1) * config.period_ns)
+        n_instants = round(config.duration / config.controller.period) + 1  # the flight may last longer
+        path = LeaderTrajectory(config, n_extra=0).at(np.arange(n_instants) * config.period_ns)
         self._path = path
         self._states = np.concatenate([path.p_NB_N, path.v_NB_N], axis=1)
         self._lag = 0
