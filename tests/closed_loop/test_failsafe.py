@@ -13,6 +13,7 @@ from relform_sensors.imu import ImuSensor
 from relform_sensors.optic_flow import OpticFlowSensor
 from relform_sensors.sonar import SonarSensor
 from relform_sim.onboard import Onboard
+from relform_sim.pilot import Readings
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import draw_body
 
@@ -67,13 +68,10 @@ def test_levels_and_sinks_slowly(
         climbs.append(R_NB.apply(truth.v_NB_B)[2])
         yaw_rates.append(math.degrees(truth.w_NB_B[2]))
         commands = [expired] if step == 0 else []
-        speeds = onboard.rotor_speeds(
-            stamp_ns,
-            commands,
-            imu.read(truth, plant.specific_force()),
-            optic_flow.read(truth),
-            sonar.read(truth),
+        readings = Readings(
+            imu.read(truth, plant.specific_force()), optic_flow.read(truth), sonar.read(truth)
         )
+        speeds = onboard.rotor_speeds(stamp_ns, commands, readings)
         plant.advance(tuple(speeds.tolist()), CONFIG.controller.period, thrust_scale=thrust_scale)
 
     settled, steady = round(2.0 / CONFIG.controller.period), round(4.0 / CONFIG.controller.period)

@@ -8,7 +8,14 @@ from collections.abc import Mapping
 from enum import Enum, IntEnum
 
 
-class VehicleMode(IntEnum):
+class _Spoken(IntEnum):
+    """An enum whose members are said in words."""
+
+    def __str__(self) -> str:
+        return self.name.lower().replace("_", " ")
+
+
+class VehicleMode(_Spoken):
     """What a vehicle does; the numbers of FlightStatus.msg."""
 
     IDLE = 0
@@ -29,7 +36,7 @@ class VehicleMode(IntEnum):
     """Motors cut, for the rest of the flight."""
 
 
-class Request(IntEnum):
+class Request(_Spoken):
     """What a command asks a vehicle to do; the numbers of RotorSpeeds.msg."""
 
     FLY = 0
@@ -48,7 +55,7 @@ class Request(IntEnum):
     """Cut the motors, wherever the vehicle is."""
 
 
-class TeamMode(IntEnum):
+class TeamMode(_Spoken):
     """What a team does; the numbers of TeamStatus.msg."""
 
     IDLE = 0
@@ -65,9 +72,6 @@ class TeamMode(IntEnum):
     """Something went wrong: all vehicles land where they are."""
     STOPPED = 6
     """Motors cut, for the rest of the flight."""
-
-    def __str__(self) -> str:
-        return self.name.lower().replace("_", " ")
 
 
 class TeamRequest(Enum):

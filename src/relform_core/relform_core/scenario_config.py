@@ -14,7 +14,7 @@ from relform_core.constraints_config import Obstacle
 from relform_core.controller_config import ControllerConfig, TeamEstimatorConfig
 from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump, Occlusion
 from relform_core.formations_config import FormationConfig
-from relform_core.ground_config import GroundConfig
+from relform_core.ground_config import CLIMB_MIN, GroundConfig, take_off_problem
 from relform_core.heights import height_problem
 from relform_core.links_config import LinksConfig
 from relform_core.pacing_config import LOCKSTEP, PacingConfig, RealTimePacingConfig
@@ -26,6 +26,7 @@ from relform_core.sensors.flight_status import FLIGHT_STATUS
 from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor, Source
+from relform_core.sensors.sonar import SONAR
 from relform_core.sensors_config import SensorsConfig
 from relform_core.start_config import PLACE_MAX, StartConfig
 from relform_core.team_config import TeamConfig, check_known
@@ -161,6 +162,19 @@ class ScenarioConfig(Schema):
         return (*self.sensors_of(vehicle), *acknowledgement, *status)
 
     @property
+    def start_places(self) -> Mapping[str, Vector3]:
+        """Places of the first formation in the world [m], in team order: where the vehicles start, or to
+        which they take off."""
+        x, y, z = self.start.position
+        cosine, sine = math.cos(self.start.yaw), math.sin(self.start.yaw)
+        first = self.formations[self.phases[0].formation]
+        places = {self.team.leader: self.start.position}
+        for name in self.team.followers:
+            forward, left, up = first[name]
+            places[name] = (x + cosine * forward - sine * left, y + sine * forward + cosine * left, z + up)
+        return places
+
+    @property
     def true_vehicle(self) -> VehicleConfig:
         """The vehicle with the lag and drag of the plant; mass and inertia are still nominal."""
         of_plant = {
@@ -223,6 +237,15 @@ class ScenarioConfig(Schema):
         for name, formation in self.formations.items():
             if problem := self.formation_problem(formation):
                 raise ValueError(f"formation '{name}' {problem}")
+        return self
+
+    @model_validator(mode="after")
+    def _take_off_possible(self) -> Self:
+        if self.ground is not None and self.phases[0].formation in self.formations:
+            height_min = CLIMB_MIN + max(self.sensors.of(SONAR).range_min, self.vehicle.leg_height)
+            problem = take_off_problem(self.start_places, self.vehicle.separation_min, height_min)
+            if problem is not None:
+                raise ValueError(f"start: {problem}")
         return self
 
     @model_validator(mode="after")

@@ -12,7 +12,10 @@ PLACE_MAX = 1000.0
 
 
 class StartConfig(Schema):
-    """Pose of the leader at the start, airborne and at rest; followers start at their places beside it."""
+    """Pose of the leader at the start, airborne and at rest; followers start at their places beside it.
+
+    With ``ground``, all start on the ground below these places, and take off to their heights.
+    """
 
     position: Annotated[Vector3, Field(alias="position_m")]
     yaw: Annotated[float, Field(alias="yaw_deg", ge=-180.0, le=180.0), DEGREES]

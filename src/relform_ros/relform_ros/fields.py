@@ -90,9 +90,8 @@ def number_from_msg(kind: type[E], number: int, what: str) -> E:
     try:
         return kind(number)
     except ValueError:
-        raise RejectionError(
-            Reason.INVALID, f"{what} must be {min(kind)} to {max(kind)} (got {number})"
-        ) from None
+        lowest, highest = int(min(kind)), int(max(kind))
+        raise RejectionError(Reason.INVALID, f"{what} must be {lowest} to {highest} (got {number})") from None
 
 
 def check_lengths(msg: Any, names: str, values: str) -> None:

@@ -1,4 +1,4 @@
-"""Onboard logic of a vehicle: the rotor speeds of each interval, from a command, a plan or the failsafe.
+"""Onboard logic of a vehicle: the rotor speeds of each interval, from a command, a plan or its own pilot.
 
 It knows what arrives over the link and what the vehicle's own sensors measure, nothing else: a rule of
 import-linter forbids the plant and the ground truth here.
@@ -11,16 +11,15 @@ import numpy as np
 
 from relform_core.arrays import Array
 from relform_core.flight_modes import Request, VehicleMode
+from relform_core.ground_config import GroundConfig
 from relform_core.measurements import RotorCommand
-from relform_core.sensors.imu import Imu
-from relform_core.sensors.optic_flow import OpticFlow
-from relform_core.sensors.sonar import Sonar
 from relform_core.units import seconds_to_ns
 from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
+from relform_sim.autopilot import Autopilot
 from relform_sim.failsafe import Failsafe
-
-EARLY_MAX = 1.0
-"""How long before its stamp a command may arrive [s]."""
+from relform_sim.inbox import Inbox, planned_speeds
+from relform_sim.mode_table import Happening, ModeMachine
+from relform_sim.pilot import Pilot, Readings
 
 
 @dataclass
@@ -31,97 +30,100 @@ class OnboardCounts:
     """Intervals for which no command arrived."""
     rejected: int = 0
     """Commands that arrived and were rejected: malformed, not finite, old, or too early."""
+    refused: int = 0
+    """Intervals in which the newest command asked for what the mode does not allow."""
     replayed: int = 0
     """Intervals flown on the predicted sequence of an earlier command."""
     failsafe: int = 0
     """Intervals flown by the failsafe, because no plan was left."""
     hovered: int = 0
-    """Intervals before the first good command."""
+    """Intervals before the first good command, in the air."""
     disarmed: int = 0
-    """Intervals with motors off, after the failsafe has brought the vehicle to the ground."""
+    """Intervals with motors off for good, because the failsafe has landed or the controller asked for it."""
 
 
 class Onboard:
-    """Flies the newest good command; without one, its predicted sequence for a while; then the failsafe.
+    """Flies the newest good command; without one, its predicted sequence for a while; then on its own.
 
-    Before its first good command the vehicle hovers, because the controller may still wait for measurements.
-
-    A command applies from its stamp on. One that arrives early is kept until then; of one that arrives late,
-    its plan for the interval is flown.
-
-    Near the ground the failsafe switches the motors off, and they stay off.
+    Where there is a ground, the vehicle starts on it, and takes off and lands as its controller asks. Where
+    there is none, it hovers before its first good command, because the controller may still wait for
+    measurements, and near the ground its failsafe switches the motors off.
     """
 
-    def __init__(self, config: VehicleConfig, period: float) -> None:
-        """Vehicle, and length of the intervals [s]."""
+    def __init__(
+        self, config: VehicleConfig, period: float, ground: GroundConfig | None = None, height: float = 0.0
+    ) -> None:
+        """Vehicle, length of the intervals [s]; how it takes off (None: never), and to which height [m]."""
         self._speed_min = config.rotor_speed_min
         self._speed_max = config.rotor_speed_max
-        self._failsafe = Failsafe(config, period)
-        self._last: RotorCommand | None = None
-        """The newest command that applies already."""
-        self._early: dict[int, RotorCommand] = {}
-        """Those to come, by stamp [ns]."""
+        self._pilot: Pilot
+        if ground is None:
+            self._pilot = Failsafe(config, period)
+            self._machine = ModeMachine(VehicleMode.HOVERING)
+        else:
+            self._pilot = Autopilot(config, period, ground, height)
+            self._machine = ModeMachine(VehicleMode.IDLE)
+        self._inbox = Inbox()
         self._hears = False
         """Whether a command has arrived within the present interval."""
         self._replays = False
         """Whether the present interval counts as flown on an earlier command."""
-        self._is_disarmed = False
-        self.mode = VehicleMode.HOVERING
-        """What the vehicle does."""
-        self.reason = ""
-        """Why, for people."""
+        self._applied = np.zeros(4)
+        """The newest rotor speeds [rad/s]."""
         self.flown_stamp_ns: int | None = None
         """Stamp of the command whose plan the last interval was flown by [ns]; None: by none."""
         self.counts = OnboardCounts()
         self.set_limits(config.failsafe)
 
+    @property
+    def mode(self) -> VehicleMode:
+        """What the vehicle does."""
+        return self._machine.mode
+
+    @property
+    def reason(self) -> str:
+        """Why it is in its mode, or why it refuses the present request; for people."""
+        return self._machine.reason
+
     def set_limits(self, config: FailsafeConfig) -> None:
         """Apply other limits from the next interval on."""
         self._plan_max_ns = seconds_to_ns(config.plan_max)
-        self._failsafe.descent_speed = config.descent_speed
+        self._pilot.failsafe_speed = config.descent_speed
 
-    def rotor_speeds(
-        self,
-        stamp_ns: int,
-        commands: Sequence[RotorCommand],
-        imu: Imu,
-        optic_flow: OpticFlow,
-        sonar: Sonar,
-    ) -> Array:
+    def rotor_speeds(self, stamp_ns: int, commands: Sequence[RotorCommand], readings: Readings) -> Array:
         """Rotor speeds of one interval, within the limits or all zero [rad/s], shape (4,).
 
         Args:
             stamp_ns: start of the interval.
             commands: what has arrived since the interval before, in order of arrival.
-            imu: the vehicle's own, at the start of the interval.
-            optic_flow: likewise.
-            sonar: likewise.
+            readings: the vehicle's own, at the start of the interval.
         """
         if not commands and not self._hears:
             self.counts.missing += 1
         self._hears = False
-        self._take(commands, stamp_ns)
+        self.counts.rejected += self._inbox.take(stamp_ns, commands)
+        self._pilot.sense(readings, self.mode, self._applied)
+        plan = self._inbox.newest_to_fly
+        planned = None if plan is None else planned_speeds(plan, stamp_ns, self._plan_max_ns)
+        self._change_mode(stamp_ns, has_plan=planned is not None)
+
         self.flown_stamp_ns = None
-        if self._is_disarmed:
-            self.counts.disarmed += 1
-            self.mode = VehicleMode.STOPPED
-            return np.zeros(4)
-        if self._last is None:
-            self.counts.hovered += 1
-            self.mode = VehicleMode.HOVERING
-            speeds = self._failsafe.hover(imu, optic_flow)
-        elif (planned := self._planned(stamp_ns, self._last)) is not None:
-            self.flown_stamp_ns = self._last.stamp_ns
-            self._replays = stamp_ns - self._last.stamp_ns >= self._last.period_ns
+        if self.mode is VehicleMode.FLYING and plan is not None and planned is not None:
+            self.flown_stamp_ns = plan.stamp_ns
+            self._replays = stamp_ns - plan.stamp_ns >= plan.period_ns
             self.counts.replayed += self._replays
-            self.mode = VehicleMode.FLYING
-            speeds = planned
+            self._applied = np.clip(planned, self._speed_min, self._speed_max)
+        elif self.mode in (VehicleMode.IDLE, VehicleMode.STOPPED):
+            self.counts.disarmed += self.mode is VehicleMode.STOPPED
+            self._applied = np.zeros(4)
+        elif self.mode is VehicleMode.ARMED:
+            self._applied = np.full(4, self._speed_min)
         else:
-            self.counts.failsafe += 1
-            self.mode = VehicleMode.FAILSAFE
-            self._is_disarmed = sonar.range <= sonar.range_min  # from the next interval on
-            speeds = self._failsafe.sink(imu, optic_flow)
-        return np.clip(speeds, self._speed_min, self._speed_max)
+            self.counts.failsafe += self.mode is VehicleMode.FAILSAFE
+            self.counts.hovered += self._inbox.newest is None
+            speeds = self._pilot.rotor_speeds(self.mode)
+            self._applied = np.clip(speeds, self._speed_min, self._speed_max)
+        return self._applied
 
     def update(self, now_ns: int, commands: Sequence[RotorCommand]) -> Array | None:
         """Take commands within an interval: a vehicle that flies a plan changes to a newer one at once.
@@ -135,49 +137,37 @@ class Onboard:
             Rotor speeds of the rest of the interval, within the limits [rad/s], shape (4,); None: as before.
         """
         self._hears |= bool(commands)
-        before = self._last
-        self._take(commands, now_ns)
-        if self.flown_stamp_ns is None or self._last is None or self._last is before:
+        before = self._inbox.newest
+        self.counts.rejected += self._inbox.take(now_ns, commands)
+        newest = self._inbox.newest
+        if self.flown_stamp_ns is None or newest is None or newest is before:
             return None
-        planned = self._planned(now_ns, self._last) if self._last.request is Request.FLY else None
+        wants_to_fly = newest.request is Request.FLY
+        planned = planned_speeds(newest, now_ns, self._plan_max_ns) if wants_to_fly else None
         if planned is None:
             return None
-        self.flown_stamp_ns = self._last.stamp_ns
-        if self._replays and now_ns - self._last.stamp_ns < self._last.period_ns:
+        self.flown_stamp_ns = newest.stamp_ns
+        if self._replays and now_ns - newest.stamp_ns < newest.period_ns:
             self._replays = False
             self.counts.replayed -= 1
-        return np.clip(planned, self._speed_min, self._speed_max)
+        self._applied = np.clip(planned, self._speed_min, self._speed_max)
+        return self._applied
 
-    def _take(self, commands: Sequence[RotorCommand], now_ns: int) -> None:
-        """Keep the good ones among commands that have arrived, and let those apply that are due."""
-        for command in commands:
-            if self._acceptable(command, now_ns):
-                self._early[command.stamp_ns] = command
-            else:
-                self.counts.rejected += 1
-        for due_ns in sorted(each for each in self._early if each <= now_ns):
-            self._last = self._early.pop(due_ns)
-
-    def _acceptable(self, command: RotorCommand, stamp_ns: int) -> bool:
-        """Whether a command is well formed, new, newer than the one that is flown, and not too early."""
-        return (
-            command.period_ns > 0
-            and command.speeds.shape == (4,)
-            and command.predicted_speeds.shape[1:] == (4,)
-            and bool(np.isfinite(command.speeds).all())
-            and bool(np.isfinite(command.predicted_speeds).all())
-            and (self._last is None or command.stamp_ns > self._last.stamp_ns)
-            and command.stamp_ns not in self._early
-            and command.stamp_ns <= stamp_ns + seconds_to_ns(EARLY_MAX)
-        )
-
-    def _planned(self, stamp_ns: int, last: RotorCommand) -> Array | None:
-        """Speeds of a command for the interval that starts at ``stamp_ns``; None: its plan is over."""
-        age_ns = stamp_ns - last.stamp_ns
-        intervals_later = age_ns // last.period_ns
-        if intervals_later == 0:
-            return last.speeds
-        if age_ns > self._plan_max_ns or intervals_later > len(last.predicted_speeds):
-            return None
-        predicted: Array = last.predicted_speeds[intervals_later - 1]
-        return predicted
+    def _change_mode(self, stamp_ns: int, *, has_plan: bool) -> None:
+        newest = self._inbox.newest
+        is_silent = newest is not None and stamp_ns - newest.stamp_ns > self._plan_max_ns
+        wants_to_fly = newest is not None and newest.request is Request.FLY
+        lacks_plan = not has_plan and (wants_to_fly or self.mode is VehicleMode.FLYING)
+        request = None
+        if newest is not None and not is_silent and (has_plan or not wants_to_fly):
+            request = newest.request
+        if self._inbox.asks_to_stop:
+            request = Request.STOP
+        is_so = {
+            Happening.UP: self._pilot.is_up,
+            Happening.DOWN: self._pilot.is_down,
+            Happening.NO_PLAN: lacks_plan,
+            Happening.SILENT: is_silent,
+        }
+        happenings = frozenset(happening for happening in Happening if is_so[happening])
+        self.counts.refused += not self._machine.step(request, happenings)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_core.errors import FlightError
+from relform_core.ground_config import column_spacing
 from relform_core.randomness import Stream, spawn_generator
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
@@ -31,19 +32,17 @@ def start_poses(config: ScenarioConfig, seed: int) -> Mapping[str, StartPose]:
     """Start of every vehicle, in team order: the same in every process of a flight.
 
     A follower is at its place of the first formation, displaced and turned at random as far as
-    ``config.start`` says. In team order, a point that is too close to a vehicle before is drawn again.
+    ``config.start`` says. In team order, a point that is too close to a vehicle before is drawn again. With
+    ``config.ground`` the vehicles are on the ground below these points, which are far enough apart to take
+    off from.
 
     Raises:
         FlightError: no point far enough from the others was found.
     """
-    start = config.start
-    x, y, z = start.position
-    cosine, sine = math.cos(start.yaw), math.sin(start.yaw)
-    poses = {config.team.leader: StartPose(start.position, start.yaw)}
-    formation = config.formations[config.phases[0].formation]
+    start, places = config.start, config.start_places
+    poses = {config.team.leader: StartPose(_below(config, start.position), start.yaw)}
     for index, name in enumerate(config.team.followers, start=1):
-        forward, left, up = formation[name]
-        place = (x + cosine * forward - sine * left, y + sine * forward + cosine * left, z + up)
+        place = places[name]
         turn = 0.0
         generator = spawn_generator(seed, index, Stream.START)
         if start.follower_yaw_max > 0.0:
@@ -51,20 +50,26 @@ def start_poses(config: ScenarioConfig, seed: int) -> Mapping[str, StartPose]:
         if start.follower_offset_max > 0.0:
             others = [pose.p_NB_N for pose in poses.values()]
             place = _displaced(config, generator, name, place, others)
-        poses[name] = StartPose(place, start.yaw + turn)
+        poses[name] = StartPose(_below(config, place), start.yaw + turn)
     return poses
+
+
+def _below(config: ScenarioConfig, place: Vector3) -> Vector3:
+    """The point on the ground below a place; without ground the place itself."""
+    return place if config.ground is None else (place[0], place[1], config.vehicle.leg_height)
 
 
 def _displaced(
     config: ScenarioConfig, generator: np.random.Generator, name: str, place: Vector3, others: list[Vector3]
 ) -> Vector3:
     """A random point of the ball around a place, clear of the other vehicles."""
-    radius, needed = config.start.follower_offset_max, CLEARANCE * config.vehicle.separation_min
+    radius, separation_min = config.start.follower_offset_max, config.vehicle.separation_min
+    needed = CLEARANCE * separation_min if config.ground is None else column_spacing(separation_min)
     for _ in range(DRAWS_MAX):
         direction = generator.standard_normal(3)
         distance = radius * generator.uniform() ** (1.0 / 3.0)  # uniform in the volume
         dx, dy, dz = (distance / np.linalg.norm(direction) * direction).tolist()
-        point = (place[0] + dx, place[1] + dy, place[2] + dz)
+        point = _below(config, (place[0] + dx, place[1] + dy, place[2] + dz))
         if all(math.dist(point, other) >= needed for other in others):
             return point
     raise FlightError(

@@ -30,8 +30,10 @@ from relform_core.units import NANOSECONDS_PER_SECOND, seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
 from relform_sensors.suite import SensorSuite
 from relform_sim.faults import find_fault
+from relform_sim.ground_contact import GroundContact
 from relform_sim.link import radio_link
 from relform_sim.onboard import Onboard, OnboardCounts
+from relform_sim.pilot import Readings
 from relform_sim.plant import Plant
 from relform_sim.rigid_body import draw_body
 from relform_sim.start import start_poses
@@ -66,15 +68,17 @@ class Vehicle:
         streams = Streams(seed, index)
         start = start_poses(config, seed)[name]
         self._plant = Plant(
-            draw_body(config.true_vehicle, streams[Stream.PLANT]),
+            draw_body(config.true_vehicle, streams[Stream.PLANT], has_ground=config.ground is not None),
             step=config.plant.step,
             rotor_time_constant=config.true_vehicle.rotor_time_constant,
-            rotor_speed=config.vehicle.hover_speed,
+            rotor_speed=config.vehicle.hover_speed if config.ground is None else 0.0,
             p_NB_N=start.p_NB_N,
             q_NB=(0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw)),
         )
         self._obstacles = config.obstacles
-        self._onboard = Onboard(config.vehicle, config.controller.period)
+        height = config.start_places[name][2]
+        self._onboard = Onboard(config.vehicle, config.controller.period, config.ground, height)
+        self._contact = GroundContact(name, config.vehicle.leg_height)
         self._applied: deque[Array] = deque(maxlen=ACKNOWLEDGED_INTERVALS)
         """Rotor speeds of the last intervals [rad/s], the oldest first."""
         self._carried = config.sensors_of(name)
@@ -115,7 +119,9 @@ class Vehicle:
         self._step = step
         if step > 0:
             self._fly_interval(step - 1, command)
-        return self._plant.odometry(self._stamp_ns(step))
+        truth = self._plant.odometry(self._stamp_ns(step))
+        self._contact.update(truth, self._onboard.mode, touches=self._plant.touches_ground)
+        return truth
 
     def measure(self, step: int, ground_truth: Mapping[str, Odometry]) -> VehicleMeasurements:
         """Measure at t_step, given the true states of all vehicles, its own included, and send.
@@ -144,7 +150,9 @@ class Vehicle:
     def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:
         """Why this vehicle cannot continue, in one line, or None. Arguments and errors as ``measure``."""
         self._check_instant(step, ground_truth)
-        return find_fault(self._limits, self._name, ground_truth, self._obstacles)
+        may_land = self._config.ground is not None
+        fault = find_fault(self._limits, self._name, ground_truth, self._obstacles, may_land=may_land)
+        return fault or self._contact.fault
 
     def _fly_interval(self, step: int, command: RotorCommand | None) -> None:
         """Fly [t_step, t_{step + 1}]; events act on whole intervals, as they are at the start."""
@@ -157,7 +165,7 @@ class Vehicle:
         if command is not None:
             self.receive(command, stamp_ns)
         arrived = self._link.down.deliver(stamp_ns)
-        speeds = self._onboard.rotor_speeds(stamp_ns, arrived, imu, optic_flow, sonar)
+        speeds = self._onboard.rotor_speeds(stamp_ns, arrived, Readings(imu, optic_flow, sonar))
         flown: list[tuple[float, Array]] = []
         """Rotor speeds [rad/s], and how long each were commanded [s]."""
         begin_ns = stamp_ns

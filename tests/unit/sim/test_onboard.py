@@ -19,9 +19,10 @@ from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.sensors.sonar import Sonar
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import FailsafeConfig
-from relform_sim import failsafe, onboard
+from relform_sim import autopilot, failsafe, onboard, own_motion
 from relform_sim.failsafe import Failsafe
 from relform_sim.onboard import Onboard, OnboardCounts
+from relform_sim.pilot import Readings
 
 VEHICLE = load_scenario(Path(__file__).parents[3] / "config/scenarios/paper.yaml").config.vehicle
 PERIOD_NS = 50_000_000
@@ -57,7 +58,8 @@ class Flight:
         commands = () if arrived is None else (arrived,)
         optic_flow = OpticFlow(0, np.array([0.1, 0.2, -0.3]), np.eye(3))
         height = Sonar(0, self.height, 0.2, 10.0, 0.5)
-        return self.onboard.rotor_speeds(self.step * PERIOD_NS, commands, imu(), optic_flow, height)
+        readings = Readings(imu(), optic_flow, height)
+        return self.onboard.rotor_speeds(self.step * PERIOD_NS, commands, readings)
 
 
 def test_good_commands_are_flown() -> None:
@@ -199,10 +201,10 @@ def test_near_the_ground_the_failsafe_switches_the_motors_off_for_good() -> None
     assert min(flight.next(None)) > VEHICLE.rotor_speed_min  # it levels out until it has landed
     for arrived in (None, command(5)):
         assert flight.next(arrived).tolist() == [0.0] * 4
-    assert flight.onboard.counts == OnboardCounts(missing=4, replayed=1, failsafe=2, disarmed=2)
+    assert flight.onboard.counts == OnboardCounts(missing=4, replayed=1, failsafe=2, disarmed=2, refused=1)
 
 
-@pytest.mark.parametrize("module", [onboard, failsafe])
+@pytest.mark.parametrize("module", [onboard, autopilot, failsafe, own_motion])
 def test_the_onboard_logic_cannot_see_the_truth(module: ModuleType) -> None:
     """The rules of import-linter are about modules; ground truth and localization share one type."""
     imported = {
@@ -285,43 +287,43 @@ def test_failsafe_of_a_slow_loop_is_softer() -> None:
     assert torque == pytest.approx(-6.0 * np.array(VEHICLE.inertia) * [0.5, -0.4, 0.1])
 
 
-def readings() -> tuple[Imu, OpticFlow, Sonar]:
+def readings() -> Readings:
     flow = OpticFlow(0, np.zeros(3), np.eye(3))
-    return imu(), flow, Sonar(0, 2.5, 0.25, 10.0, 0.5)
+    return Readings(imu(), flow, Sonar(0, 2.5, 0.25, 10.0, 0.5))
 
 
 def test_a_newer_plan_is_flown_at_once_within_an_interval() -> None:
     computer = Onboard(VEHICLE, 0.05)
-    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], *readings())
-    assert computer.rotor_speeds(4 * PERIOD_NS, [], *readings()) == flown(3, 1)
+    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], readings())
+    assert computer.rotor_speeds(4 * PERIOD_NS, [], readings()) == flown(3, 1)
     assert computer.counts == OnboardCounts(missing=1, replayed=1)
     assert computer.update(4 * PERIOD_NS + 5_000_000, []) is None
     assert computer.update(4 * PERIOD_NS + 20_000_000, [command(4)]) == flown(4, 0)
     assert computer.flown_stamp_ns == 4 * PERIOD_NS
     assert computer.counts == OnboardCounts(missing=1), "the command came late, but not too late"
-    assert computer.rotor_speeds(5 * PERIOD_NS, [], *readings()) == flown(4, 1)
+    assert computer.rotor_speeds(5 * PERIOD_NS, [], readings()) == flown(4, 1)
     assert computer.counts == OnboardCounts(missing=1, replayed=1), "one came in the interval before"
 
 
 def test_a_late_plan_is_flown_from_where_it_is() -> None:
     computer = Onboard(VEHICLE, 0.05)
-    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], *readings())
-    computer.rotor_speeds(6 * PERIOD_NS, [], *readings())
+    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], readings())
+    computer.rotor_speeds(6 * PERIOD_NS, [], readings())
     assert computer.update(6 * PERIOD_NS + 5_000_000, [command(5)]) == flown(5, 1)
     assert computer.counts.replayed == 1
 
 
 def test_a_vehicle_that_hovers_starts_to_fly_with_an_interval() -> None:
     computer = Onboard(VEHICLE, 0.05)
-    computer.rotor_speeds(0, [], *readings())
+    computer.rotor_speeds(0, [], readings())
     assert computer.update(5_000_000, [command(0)]) is None
-    assert computer.rotor_speeds(PERIOD_NS, [], *readings()) == flown(0, 1)
+    assert computer.rotor_speeds(PERIOD_NS, [], readings()) == flown(0, 1)
     assert computer.counts == OnboardCounts(missing=1, hovered=1, replayed=1)
 
 
 def test_within_an_interval_bad_commands_are_refused_and_early_ones_kept() -> None:
     computer = Onboard(VEHICLE, 0.05)
-    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], *readings())
+    computer.rotor_speeds(3 * PERIOD_NS, [command(3)], readings())
     assert computer.update(3 * PERIOD_NS + 5_000_000, [command(2), command(4)]) is None
     assert computer.counts.rejected == 1
-    assert computer.rotor_speeds(4 * PERIOD_NS, [], *readings()) == flown(4, 0)
+    assert computer.rotor_speeds(4 * PERIOD_NS, [], readings()) == flown(4, 0)

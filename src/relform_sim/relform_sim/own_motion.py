@@ -1,0 +1,124 @@
+"""Position and velocity of a vehicle by its own sensors: accelerometer, optic flow and sonar.
+
+Axes are those of the IMU's world frame {n}: its z is the vertical, its yaw is off by an unknown constant on a
+follower and drifts slowly. Horizontally the origin is where the vehicle last stood on the ground; no sensor
+measures this position, so its error grows with time.
+"""
+
+import math
+
+import numpy as np
+
+from relform_core.arrays import Array
+from relform_core.units import GRAVITY
+from relform_sim.pilot import Readings
+
+MODEL_STD = 0.1
+"""Acceleration that neither the accelerometer nor its sampling explains, in gentle flight [m/s^2]."""
+AGILE_STD = 1.0
+"""The same in flight that is not gentle, and at impacts [m/s^2]."""
+SONAR_STD = 0.03
+"""Of the measured height [m]; a range message does not say."""
+
+
+class _Axis:
+    """Kalman filter of position and velocity along one axis, driven by a measured acceleration."""
+
+    def __init__(self) -> None:
+        self.position = self.velocity = 0.0
+        self._pp = self._pv = self._vv = 0.0
+
+    def reset(self, position: float) -> None:
+        """Rest at a known position."""
+        self.position, self.velocity = position, 0.0
+        self._pp = self._pv = self._vv = 0.0
+
+    def predict(self, acceleration: float, std: float, period: float) -> None:
+        """Move by an acceleration with this standard deviation."""
+        self.position += period * (self.velocity + 0.5 * period * acceleration)
+        self.velocity += period * acceleration
+        variance = (std * period) ** 2
+        self._pp += period * (2.0 * self._pv + period * self._vv) + 0.25 * period**2 * variance
+        self._pv += period * self._vv + 0.5 * period * variance
+        self._vv += variance
+
+    def measure_velocity(self, velocity: float, variance: float) -> None:
+        """Correct by a measured velocity."""
+        self._correct(velocity - self.velocity, self._pv, self._vv, self._vv + variance)
+
+    def measure_position(self, position: float, variance: float) -> None:
+        """Correct by a measured position."""
+        self._correct(position - self.position, self._pp, self._pv, self._pp + variance)
+
+    def _correct(self, innovation: float, of_position: float, of_velocity: float, variance: float) -> None:
+        """Joseph's form is not needed: variances stay above those of the process noise of one step."""
+        gain_p, gain_v = of_position / variance, of_velocity / variance
+        self.position += gain_p * innovation
+        self.velocity += gain_v * innovation
+        self._pp -= gain_p * of_position
+        self._pv -= gain_p * of_velocity
+        self._vv -= gain_v * of_velocity
+
+
+class OwnMotion:
+    """The estimate.
+
+    Args:
+        period: between two readings [s].
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._axes = (_Axis(), _Axis(), _Axis())
+        self._before: Array | None = None
+        """The attitude of the last readings."""
+        self.R_NB = np.eye(3)
+        """The present attitude."""
+
+    @property
+    def p_N(self) -> Array:
+        """Position, its height above the ground [m], shape (3,)."""
+        return np.array([axis.position for axis in self._axes])
+
+    @property
+    def v_N(self) -> Array:
+        """Velocity [m/s], shape (3,)."""
+        return np.array([axis.velocity for axis in self._axes])
+
+    def rest(self, readings: Readings, height: float) -> None:
+        """The vehicle stands on the ground, its origin at this height [m]: a new origin."""
+        self.R_NB = _rotation(readings.imu.q_NB)
+        self._before = self.R_NB
+        for axis, position in zip(self._axes, (0.0, 0.0, height), strict=True):
+            axis.reset(position)
+
+    def move(self, readings: Readings, *, is_agile: bool) -> None:
+        """Take in the readings one period after the last ones; ``is_agile``: the motion is not gentle."""
+        imu, optic_flow, sonar = readings
+        self.R_NB = _rotation(imu.q_NB)
+        # The force of the interval, in the body frame as it is at its end, turned with the mean attitude.
+        mean = self.R_NB if self._before is None else 0.5 * (self._before + self.R_NB)
+        self._before = self.R_NB
+        accelerations = mean @ imu.f_NB_B - np.array([0.0, 0.0, GRAVITY])
+        std = math.hypot(
+            AGILE_STD if is_agile else MODEL_STD, math.sqrt(float(imu.accelerometer_covariance[0, 0]))
+        )
+        velocities = self.R_NB @ optic_flow.v_NB_B
+        variance = float(optic_flow.covariance[0, 0])
+        for axis, acceleration, velocity in zip(self._axes, accelerations, velocities, strict=True):
+            axis.predict(float(acceleration), std, self._period)
+            axis.measure_velocity(float(velocity), variance)
+        if math.isfinite(sonar.range):
+            self._axes[2].measure_position(sonar.range, SONAR_STD**2)
+
+
+def _rotation(q_NB: Array) -> Array:
+    """R_NB of a unit quaternion (x, y, z, w), shape (3, 3)."""
+    x, y, z, w = q_NB.tolist()
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
