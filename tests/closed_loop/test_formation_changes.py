@@ -11,7 +11,6 @@ from relform_analysis.flight.metrics import separation_min, tilts
 from relform_analysis.flight.simulate import fly_in_process, simulate
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_controller.formation_controller import FormationController
-from relform_core.errors import ConfigError
 from relform_core.load import LoadedScenario
 from relform_core.schema import Vector3
 from support.formations import as_yaml, line_astern, vee
@@ -103,7 +102,40 @@ def test_requests_to_and_fro_during_a_change_are_flown(seed: int) -> None:
         np.testing.assert_allclose(place, last[name], atol=0.3)
 
 
-def test_followers_that_would_change_places_are_refused_in_flight() -> None:
+@pytest.mark.parametrize("seed", range(2))
+def test_two_followers_change_places(seed: int) -> None:
+    """And back, before they have arrived; with raw feedback."""
     swapped = {"follower_1": HOME["follower_2"], "follower_2": HOME["follower_1"]}
-    with pytest.raises(ConfigError, match=r"'follower_1' and 'follower_2' would come within 0\.000 m"):
-        fly_requests({20: swapped}, seed=0)
+    places = fly_requests({20: swapped, 120: HOME, 150: swapped}, seed)
+    for name, place in places.items():
+        np.testing.assert_allclose(place, swapped[name], atol=0.3)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_three_of_four_followers_change_places_in_a_cycle(seed: int) -> None:
+    """As phases of a scenario; with the team estimator, on a straight line."""
+    first: dict[str, Vector3] = {
+        "follower_1": (-0.8, -0.5, -0.2),
+        "follower_2": (-1.5, 0.0, 0.1),
+        "follower_3": (-0.8, 0.5, 0.0),
+        "follower_4": (-2.3, 0.4, 0.3),
+    }
+    order = ("follower_2", "follower_3", "follower_1", "follower_4")
+    then = {name: first[other] for name, other in zip(first, order, strict=True)}
+    phases = ", ".join(
+        f"{{name: {name}, title: {name}, duration_s: {duration}, steady_from_s: 0.0, formation: {formation}, "
+        f"motion: {STRAIGHT}}}"
+        for name, formation, duration in (("A", "first", 2.0), ("B", "then", 5.0))
+    )
+    log = fly_in_process(
+        paper_scenario(
+            "controller=team",
+            f"team.followers=[{', '.join(first)}]",
+            f"formations_m={{first: {as_yaml(first)}, then: {as_yaml(then)}}}",
+            f"phases=[{phases}]",
+            seed=seed,
+        )
+    )
+    assert not log.faults
+    assert separation_min(log.p_NB_N) > 0.55
+    assert last_errors(log) < 0.03

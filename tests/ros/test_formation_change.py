@@ -40,10 +40,10 @@ def parameters(formation: Mapping[str, Vector3]) -> dict[str, list[float]]:
 
 
 class ChangedFlight:
-    """V, line by parameters, V by the service; an exchange of places is refused by both."""
+    """V, line by parameters, V by the service; a change of sides without room is refused by both."""
 
     def __init__(self, folder: Path) -> None:
-        exchanged = VEE | {"follower_1": VEE["follower_2"], "follower_2": VEE["follower_1"]}
+        no_room = VEE | {"follower_1": (-1.0, 0.25, -0.1), "follower_2": (-1.0, -0.25, -0.1)}
         with (
             domain_coordinator.domain_id() as domain,
             Observer.running(domain) as observer,
@@ -56,8 +56,8 @@ class ChangedFlight:
             client = ParameterClient(observer, CONTROLLER_NODE)
             nodes.start("clock")
             observer.until(lambda: bool(ticks) and ticks[-1].step > 10)
-            self.refusals = [client.set_at_once(parameters(exchanged))]
-            self.refusals.append(self._call(observer, exchanged).message)
+            self.refusals = [client.set_at_once(parameters(no_room))]
+            self.refusals.append(self._call(observer, no_room).message)
             self.line = client.set_at_once(parameters(LINE))
             asked = ticks[-1].step
             observer.until(lambda: ticks[-1].step > asked + 20 * 9)
@@ -83,7 +83,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> ChangedFlight:
     return ChangedFlight(tmp_path_factory.mktemp("formation_change"))
 
 
-def test_an_exchange_of_places_is_refused_with_its_reason(flown: ChangedFlight) -> None:
+def test_a_change_without_room_is_refused_with_its_reason(flown: ChangedFlight) -> None:
     problem = "'follower_1' and 'follower_2' would come within"
     for refusal in flown.refusals:
         assert refusal.startswith(f"no way to this formation: {problem}")

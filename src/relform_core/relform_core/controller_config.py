@@ -91,6 +91,9 @@ class FormationChangeConfig(Schema):
 
     speed_max: Annotated[Positive, Field(alias="speed_max_m_s")]
     acceleration_max: Annotated[Positive, Field(alias="acceleration_max_m_s2")]
+    margin: Annotated[NonNegative, Field(alias="margin_m")] = 0.0
+    """On the way, vehicles keep this much more than the collision distance between their references, because
+    they are not exactly where they should be [m]. Formations that are closer themselves halve it."""
 
 
 class LeaderMotionConfig(Schema):

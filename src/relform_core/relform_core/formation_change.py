@@ -8,19 +8,15 @@ import numpy as np
 
 from relform_core.arrays import Array
 from relform_core.blend import Blend
+from relform_core.formation_way import Separation, around, is_free, pairs, separations
 from relform_core.phases_config import PhaseConfig
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 
-_ROUNDING = 1e-9
-"""Tolerance [m]: rounding must not refuse vehicles at the smallest distance that is allowed."""
-_SAMPLES = 61
-"""Number of points on a curved path."""
-
 
 @dataclass(frozen=True)
 class TooClose:
-    """Two vehicles would come closer than the collision distance on the way."""
+    """Two vehicles would come too close to each other on the way."""
 
     phase: PhaseConfig | None
     """The phase that changes the formation; None: a request."""
@@ -28,14 +24,14 @@ class TooClose:
     pair: tuple[str, str]
     separation: float
     """[m]"""
-    separation_min: float
+    needed: float
     """[m]"""
 
     def __str__(self) -> str:
         first, second = self.pair
         return (
             f"'{first}' and '{second}' would come within {self.separation:.3f} m of each other on the "
-            f"way, at least {self.separation_min:.3f} m are needed"
+            f"way, at least {self.needed:.3f} m are needed"
         )
 
 
@@ -44,6 +40,11 @@ class FormationChanges:
 
     def __init__(self, config: ScenarioConfig) -> None:
         self._config = config
+        limits, bound = config.controller.formation_change, config.controller.constraints.separation
+        self._separation = Separation(config.vehicle.separation_min, 0.0 if limits is None else limits.margin)
+        self._may_cross = limits is None or (bound is not None and bound.min >= self._separation.least)
+        """Whether ways may cross: older versions flew everything, and a separation constraint leads the
+        vehicles around each other in flight."""
         self.by_step: Mapping[int, PhaseConfig] = {
             step: phase
             for step, (before, phase) in zip(
@@ -72,6 +73,9 @@ class FormationChanges:
     ) -> Blend:
         """The change to a formation, of all places in {mc} of the leader.
 
+        Vehicles that would come too close on straight lines, or in one step, go around each other; see
+        ``problem`` for where they cannot.
+
         Args:
             before: the change until now.
             elapsed: time since its start [s].
@@ -84,8 +88,13 @@ class FormationChanges:
         if limits is None:  # a recording of an older version
             return Blend(start, np.zeros_like(start), target, self._config.controller.formation_ramp or 0.0)
         if phase is not None and phase.formation_step:
-            return Blend(start, np.zeros_like(start), target, 0.0)
-        return Blend.within(start, velocity, target, limits.speed_max, limits.acceleration_max)
+            step = Blend(start, np.zeros_like(start), target, 0.0)
+            if self._may_cross or is_free(step, self._separation):
+                return step
+        straight = Blend.within(start, velocity, target, limits.speed_max, limits.acceleration_max)
+        if self._may_cross or is_free(straight, self._separation):
+            return straight
+        return around(straight, limits, self._separation) or straight
 
     def problem(self, change: Blend, step: int) -> TooClose | None:
         """What makes a change, or a later one that the scenario makes after it, impossible.
@@ -94,11 +103,8 @@ class FormationChanges:
             change: that a request asks for.
             step: control step at which it starts.
         """
-        if self._config.controller.formation_change is None:  # older versions flew everything
+        if self._may_cross:
             return None
-        separation = self._config.controller.constraints.separation
-        if separation is not None and separation.min >= self._config.vehicle.separation_min:
-            return None  # the vehicles fly around each other
         if problem := self._too_close(change, None):
             return problem
         for next_step, phase in self.by_step.items():
@@ -116,22 +122,10 @@ class FormationChanges:
         return self.problem(self.at_rest(first), 0)
 
     def _too_close(self, change: Blend, phase: PhaseConfig | None) -> TooClose | None:
-        names, separation_min = self._config.team.vehicles, self._config.vehicle.separation_min
-        if change.straight:
-            path = np.stack([change.start, change.target], axis=1)
-        else:
-            path = change.at(np.linspace(0.0, change.duration, _SAMPLES))
-        for i, j in itertools.combinations(range(len(names)), 2):
-            separation = _closest_to_origin(path[j] - path[i])
-            if separation < separation_min - _ROUNDING:
-                index = None if phase is None else self._config.phases.index(phase)
-                return TooClose(phase, index, (names[i], names[j]), separation, separation_min)
-        return None
-
-
-def _closest_to_origin(points: Array) -> float:
-    """Smallest distance of a polyline from the origin [m]; ``points`` has shape (point, 3)."""
-    start, along = points[:-1], np.diff(points, axis=0)
-    squared = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
-    share = np.clip(-(start * along).sum(axis=1) / squared, 0.0, 1.0)
-    return float(np.linalg.norm(start + along * share[:, None], axis=1).min())
+        found, needed = separations(change), self._separation.needed(change.start, change.target)
+        if is_free(change, self._separation):
+            return None
+        pair = int(np.argmin(found - needed))
+        first, second = (self._config.team.vehicles[each[pair]] for each in pairs(len(change.start)))
+        index = None if phase is None else self._config.phases.index(phase)
+        return TooClose(phase, index, (first, second), max(float(found[pair]), 0.0), float(needed[pair]))

@@ -65,8 +65,8 @@ class PhaseConfig(Schema):
     """Start of the steady-state window that is scored, from the start of the phase [s]."""
     formation: Name
     formation_step: bool = False
-    """Whether a new formation applies in one step, as in the paper; else it is blended in within the bounds
-    of ``controller.formation_change``."""
+    """Whether a new formation applies in one step, as in the paper; else, and where vehicles would have to
+    fly through each other, it is blended in within the bounds of ``controller.formation_change``."""
     motion: Motion
 
     @model_validator(mode="after")

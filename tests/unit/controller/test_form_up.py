@@ -101,9 +101,22 @@ def test_a_request_before_the_start_is_what_the_team_forms_up_to() -> None:
     np.testing.assert_allclose(reference(schedule, 80)[:2], list(asked.values()), atol=1e-12)
 
 
-def test_followers_that_would_meet_on_the_way_are_refused() -> None:
+def test_followers_that_start_near_the_place_of_the_other_fly_around_each_other() -> None:
     schedule = FormationSchedule(paper_scenario().config)
     schedule.hold(replace(POSES, places=POSES.places[[0, 2, 1]]))  # each near the place of the other
-    message = "^the team cannot form up from where it is: 'follower_1' and 'follower_2' would come within 0.1"
+    distances = []
+    for step in range(121):
+        schedule.advance(step * PERIOD_NS)
+        distances.append(np.linalg.norm(reference(schedule, step)[3]))
+    assert min(distances) > 0.6
+    np.testing.assert_allclose(reference(schedule, 120), schedule.target, atol=1e-12)
+
+
+def test_vehicles_that_start_too_close_are_refused() -> None:
+    schedule = FormationSchedule(paper_scenario().config)
+    places = POSES.places.copy()
+    places[2] = places[1] + (0.1, 0.3, 0.2)
+    schedule.hold(replace(POSES, places=places))
+    message = "^the team cannot form up from where it is: 'follower_1' and 'follower_2' would come within 0.3"
     with pytest.raises(FlightError, match=message):
         schedule.advance(0)

@@ -168,62 +168,95 @@ def test_request_during_a_change_continues_the_motion_of_the_reference() -> None
 
 
 SWAPPED = {"follower_1": (-1.0, 0.5, -0.5), "follower_2": (-1.0, -0.5, -0.5)}
-TOO_CLOSE = (
-    "'follower_1' and 'follower_2' would come within {} m of each other on the way, "
-    "at least 0.500 m are needed"
-)
+NO_ROOM = {"follower_1": (-1.0, 0.25, -0.5), "follower_2": (-1.0, -0.25, -0.5)}
+"""The followers change sides, to places at exactly the collision distance."""
 
 
-def test_request_with_crossing_paths_is_refused() -> None:
+def flown(schedule: FormationSchedule, first: int, n_steps: int) -> np.ndarray:
+    """Places of both followers over time, shape (step, follower, 3)."""
+    return follow(schedule, range(first, first + n_steps))[:, :2, 0]
+
+
+def test_followers_change_places_around_each_other() -> None:
+    schedule = FormationSchedule(config_with())
+    follow(schedule, range(10))
+    request(schedule, SWAPPED)
+    way = schedule.way_to(SWAPPED)
+    places = flown(schedule, 10, 100)
+    np.testing.assert_allclose(places[0], [[-1.0, -0.5, -0.5], [-1.0, 0.5, -0.5]])
+    np.testing.assert_allclose(places[math.ceil(20 * way.duration)], list(SWAPPED.values()))
+    apart = np.linalg.norm(places[:, 0] - places[:, 1], axis=1)
+    assert 0.75 < apart.min() < 0.85  # collision distance and margin of raw feedback: 0.5 m and 0.25 m
+    np.testing.assert_allclose(places[:, :, 2], -0.5)
+    middle = places[math.ceil(10 * way.duration)]
+    assert middle[1, 0] < -1.3 < -0.7 < middle[0, 0]  # each keeps the other on its left
+    speed = np.linalg.norm(np.diff(places, axis=0), axis=2) / 0.05
+    assert speed.max() < 1.0
+    assert np.linalg.norm(np.diff(places, 2, axis=0), axis=2).max() / 0.05**2 < 1.01
+
+
+def test_references_of_all_pairs_agree_on_a_way_around() -> None:
+    schedule = FormationSchedule(config_with())
+    request(schedule, SWAPPED)
+    of = dict(zip(ordered_pairs(3), np.moveaxis(follow(schedule, range(60))[:, :, 0], 1, 0), strict=True))
+    np.testing.assert_allclose(of[0, 1] + of[1, 2], of[0, 2], atol=1e-12)
+    np.testing.assert_allclose(of[2, 1], -of[1, 2], atol=1e-12)
+
+
+def test_a_follower_flies_around_the_leader() -> None:
+    schedule = FormationSchedule(config_with())
+    ahead = {"follower_1": (1.0, 0.5, 0.5), "follower_2": (-1.0, 0.5, -0.5)}
+    request(schedule, ahead)
+    places = flown(schedule, 0, 160)
+    np.testing.assert_allclose(places[-1], list(ahead.values()))
+    assert np.linalg.norm(places[:, 0], axis=1).min() > 0.75
+
+
+def test_a_way_without_room_is_refused() -> None:
     schedule = FormationSchedule(config_with())
     follow(schedule, range(10))
     with pytest.raises(ConfigError) as caught:
-        request(schedule, SWAPPED)
-    problem = TOO_CLOSE.format("0.000")
-    assert str(caught.value) == (f"no way to this formation: {problem}; change it in two steps")
-    references = follow(schedule, range(10, 30))[:, 0, 0]
-    np.testing.assert_allclose(references, np.tile([-1.0, -0.5, -0.5], (20, 1)))
+        request(schedule, NO_ROOM)
+    assert str(caught.value) == (
+        "no way to this formation: 'follower_1' and 'follower_2' would come within 0.000 m of each other on "
+        "the way, at least 0.500 m are needed; change it in two steps"
+    )
+    np.testing.assert_allclose(flown(schedule, 10, 20)[:, 0], np.tile([-1.0, -0.5, -0.5], (20, 1)))
 
 
-def test_request_through_the_leader_is_refused() -> None:
-    ahead = {"follower_1": (1.0, 0.5, 0.5), "follower_2": (-1.0, 0.5, -0.5)}
-    with pytest.raises(ConfigError, match=r"'leader' and 'follower_1' would come within 0\.000 m"):
-        FormationSchedule(config_with()).check(ahead)
-
-
-def test_exchange_of_places_in_several_steps_is_accepted() -> None:
-    """A change of places that collides along straight lines, through a formation that leaves room."""
-    schedule = FormationSchedule(config_with(RAMPED_PHASE))
-    request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.5, -0.5)})
-    follow(schedule, range(60))
-    request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, -0.5, -0.5)})
-    follow(schedule, range(60, 110))
-    with pytest.raises(ConfigError) as caught:  # the phase that comes next would bring them back
+def test_a_request_without_a_way_to_the_formation_that_comes_next_is_refused() -> None:
+    narrow = "{follower_1: [-1.0, -0.25, -0.5], follower_2: [-1.0, 0.25, -0.5]}"
+    schedule = FormationSchedule(config_with(f"formations_m.wide={narrow}"))
+    with pytest.raises(ConfigError) as caught:
         request(schedule, SWAPPED)
     assert str(caught.value) == (
-        f"no way from this formation to that of phase 'D', which comes next: {TOO_CLOSE.format('0.000')}"
+        "no way from this formation to that of phase 'D', which comes next: 'follower_1' and 'follower_2' "
+        "would come within 0.000 m of each other on the way, at least 0.500 m are needed"
     )
-    follow(schedule, range(110, SWITCH + 60))
-    request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, 0.75, -0.5)})
-    follow(schedule, range(SWITCH + 60, SWITCH + 120))
-    request(schedule, {"follower_1": (-2.0, 0.0, -0.5), "follower_2": (-1.0, -0.5, -0.5)})
-    follow(schedule, range(SWITCH + 120, SWITCH + 180))
+
+
+def test_a_step_on_which_vehicles_would_meet_is_a_blend_around() -> None:
+    """The paper's phase D, after the followers have changed sides."""
+    schedule = FormationSchedule(config_with())
+    follow(schedule, range(10))
     request(schedule, SWAPPED)
-    follow(schedule, range(SWITCH + 180, SWITCH + 181))
-    assert schedule.by_follower == SWAPPED
+    follow(schedule, range(10, SWITCH))
+    places = flown(schedule, SWITCH, 100)
+    np.testing.assert_allclose(places[0], list(SWAPPED.values()), atol=1e-12)
+    np.testing.assert_allclose(places[-1], [[-1.0, -0.75, -0.5], [-1.0, 0.75, -0.5]])
+    assert np.linalg.norm(places[:, 0] - places[:, 1], axis=1).min() > 0.75
 
 
-def test_check_starts_from_the_present_reference() -> None:
-    """Half-way through a change the straight path to a formation may be free that was blocked before."""
+def test_a_way_starts_from_the_present_reference() -> None:
+    """Half-way through a change the straight way to a formation may be free that was blocked before."""
     schedule = FormationSchedule(config_with("phases.3.formation=initial", "phases.4.formation=initial"))
     aside = {"follower_1": (-1.0, -0.5, 1.5), "follower_2": (-1.0, 0.5, -0.5)}
     across = {"follower_1": (-1.0, 1.5, -0.5), "follower_2": (-1.0, 0.5, -0.5)}
     schedule.advance(0)
-    with pytest.raises(ConfigError, match="on the way"):
-        schedule.check(across)
+    assert schedule.way_to(across).detours is not None
     request(schedule, aside)
     follow(schedule, range(1, 41))
-    schedule.check(across)
+    assert schedule.way_to(across).detours is None
 
 
 def test_formation_at_the_smallest_distance_is_accepted() -> None:
@@ -292,6 +325,8 @@ def test_crossing_paths_are_accepted_with_a_separation_constraint() -> None:
         constraint = f"{{separation: {{min_m: {separation_min}, {prices}}}}}"
         return FormationSchedule(config_with(f"controller.constraints={constraint}"))
 
-    schedule(0.5).check(SWAPPED)
+    assert schedule(0.5).way_to(SWAPPED).straight
+    schedule(0.5).check(NO_ROOM)
+    assert not schedule(0.49).way_to(SWAPPED).straight
     with pytest.raises(ConfigError, match=r"would come within 0\.000 m"):
-        schedule(0.49).check(SWAPPED)
+        schedule(0.49).check(NO_ROOM)

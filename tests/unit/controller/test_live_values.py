@@ -114,8 +114,10 @@ def test_several_places_change_together() -> None:
         CONTROLLER.changed({"formation.follower_1": places["formation.follower_1"]})
 
 
-def test_followers_cannot_change_places_along_straight_lines() -> None:
+def test_followers_change_places_if_there_is_room() -> None:
     places = {"formation.follower_1": (-1.0, 0.5, -0.5), "formation.follower_2": (-1.0, -0.5, -0.5)}
+    assert CONTROLLER.changed(places).values["formation.follower_1"] == (-1.0, 0.5, -0.5)
+    places = {"formation.follower_1": (-1.0, 0.25, -0.5), "formation.follower_2": (-1.0, -0.25, -0.5)}
     with pytest.raises(ConfigError) as error:
         CONTROLLER.changed(places)
     assert str(error.value) == (

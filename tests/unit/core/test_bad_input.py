@@ -108,7 +108,16 @@ def replace_by(value: Any) -> Callable[[Any, Path_], None]:
     return replace
 
 
-OPTIONAL = {"sensing", "estimator", "formation_step", "links", "obstacles", "leg_height_m", "turns"}
+OPTIONAL = {
+    "sensing",
+    "estimator",
+    "formation_step",
+    "margin_m",
+    "links",
+    "obstacles",
+    "leg_height_m",
+    "turns",
+}
 """Keys that a file may leave out, with all keys below them."""
 
 
@@ -292,6 +301,7 @@ OUT_OF_RANGE: dict[str, dict[str, tuple[float, str] | None]] = {
         "relative_yaw_std_max_deg": (90.5, "less than or equal to 90"),
         "formation_change.speed_max_m_s": POSITIVE,
         "formation_change.acceleration_max_m_s2": POSITIVE,
+        "formation_change.margin_m": NOT_NEGATIVE,
     },
     "scenarios/paper.yaml": {
         "formations_m.initial.follower_1.*": UNBOUNDED,

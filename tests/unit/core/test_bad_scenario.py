@@ -99,7 +99,7 @@ def test_sections_that_contradict_themselves(override: str, problem: str) -> Non
             "formation 'wide' has no position for 'follower_2'",
         ),
         (
-            "formations_m.wide={follower_1: [-1, 0.75, -0.5], follower_2: [-1, -0.75, -0.5]}",
+            "formations_m.wide={follower_1: [-1, 0.25, -0.5], follower_2: [-1, -0.25, -0.5]}",
             "phases.3.formation: 'follower_1' and 'follower_2' would come within 0.000 m of each other "
             "on the way, at least 0.500 m are needed; put a phase with another formation before it",
         ),

@@ -76,8 +76,7 @@ class FormationSchedule:
         """
         if problem := self._config.formation_problem(formation):
             raise ConfigError(f"formation {problem}")
-        change = self._changes.begin(self._places, self._since_change(self.next_ns), formation)
-        too_close = self._changes.problem(change, self.next_ns // self._config.period_ns)
+        too_close = self._changes.problem(self.way_to(formation), self.next_ns // self._config.period_ns)
         if too_close is not None:
             if too_close.phase is None:
                 raise ConfigError(f"no way to this formation: {too_close}; change it in two steps")
@@ -85,6 +84,10 @@ class FormationSchedule:
             raise ConfigError(
                 f"no way from this formation to that of phase '{name}', which comes next: {too_close}"
             )
+
+    def way_to(self, formation: Mapping[str, Vector3]) -> Blend:
+        """The way of all vehicles to a formation from the next step on, in {mc} of the leader."""
+        return self._changes.begin(self._places, self._since_change(self.next_ns), formation)
 
     def advance(self, stamp_ns: int) -> None:
         """Apply what the scenario or a request changes at the control step of this instant [ns].
@@ -132,6 +135,7 @@ class FormationSchedule:
             self._of_pairs(self._places.velocity),
             self._of_pairs(self._places.target),
             self._places.duration,
+            None if self._places.detours is None else self._of_pairs(self._places.detours),
         )
         self._changed_ns = stamp_ns
         self.by_follower = formation
@@ -146,6 +150,6 @@ class FormationSchedule:
         return (stamps_ns - self._changed_ns) / self._config.period_ns * self._config.controller.period
 
     def _of_pairs(self, by_vehicle: Array) -> Array:
-        """Target minus observer, shape (pair, 3)."""
+        """Target minus observer, shape (pair, ...)."""
         relative: Array = by_vehicle[self._targets] - by_vehicle[self._observers]
         return relative
