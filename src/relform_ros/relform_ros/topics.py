@@ -48,12 +48,14 @@ class Topic:
 def topic_table(config: ScenarioConfig, roster: Roster) -> dict[str, Topic]:
     """All topics of a flight by name.
 
-    Observers read every topic, except that the monitor does without the sensors.
+    Observers read every topic, except that the monitor does without the sensors, and in lock-step without the
+    diagnostics.
     """
     sensor_observers = tuple(node for node in roster.observers if node != MONITOR_NODE)
+    interested = sensor_observers if config.real_time is None else roster.observers
     topics = [
         Topic(CLOCK, Clock, (CLOCK_NODE,), roster.members),
-        Topic(DIAGNOSTICS, DiagnosticArray, (CLOCK_NODE, *roster.members), sensor_observers),
+        Topic(DIAGNOSTICS, DiagnosticArray, (CLOCK_NODE, *roster.members), interested),
         *(topic for controller in roster.controllers for topic in _of_controller(controller, config, roster)),
         *(topic for vehicle in roster.vehicles for topic in _of_vehicle(vehicle, config, roster)),
         *(_step_done(node, ()) for node in roster.observers),

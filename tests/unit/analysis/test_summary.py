@@ -102,7 +102,44 @@ def test_unwritable_file_is_one_line(tmp_path: Path, summary: dict[str, Any]) ->
 def test_every_key_is_documented(summary: dict[str, Any]) -> None:
     documented = set(re.findall(r"`(\w+)`", DOCUMENTATION.read_text()))
     phase, pair = summary["phases"][0], summary["pairs"][0]
-    assert {*summary, *phase, *pair} - documented == set()
+    assert {*summary, *phase, *pair, *in_real_time()["real_time"]} - documented == set()
+
+
+def in_real_time() -> dict[str, Any]:
+    """The summary of a flight whose nodes have reported twice."""
+    scenario = paper_scenario("pacing=real_time", seed=7)
+    builder = perfect_builder(scenario, ["A"] * 20)
+    for late, ages in ((1, (9.0, 30.0, 77.0)), (2, (3.25, 8.5, 12.0))):
+        missed = {"/leader/quadrotor": 0, "/formation/controller": late, "/recorder": 0}
+        builder.add_report("/sim/clock", {f"real_time.missed_steps.{k}": str(n) for k, n in missed.items()})
+        for node, older in (
+            ("/formation/controller", -1.0),
+            ("/leader/quadrotor", 0.0),
+            ("/follower_1/quadrotor", 0.5),
+        ):
+            keys = ("median", "99_percent", "most")
+            values = {
+                f"real_time.age_{key}_ms": str(age + older) for key, age in zip(keys, ages, strict=True)
+            }
+            builder.add_report(node, {"rejected.stale": "4", **values})
+    return build_summary(scenario, flight_metrics(builder.build()), COMPLETED, {})
+
+
+def test_in_real_time_the_oldest_data_counts(summary: dict[str, Any]) -> None:
+    assert summary["real_time"] is None
+    assert in_real_time()["real_time"] == {
+        "missed_steps": {"/leader/quadrotor": 0, "/formation/controller": 2, "/recorder": 0},
+        "measurement_age_median_ms": 2.25,
+        "measurement_age_p99_ms": 7.5,
+        "measurement_age_max_ms": 11.0,
+        "command_age_median_ms": 3.75,
+        "command_age_p99_ms": 9.0,
+        "command_age_max_ms": 12.5,
+    }
+    output = StringIO()
+    print_table(in_real_time(), Console(file=output, width=80))
+    assert re.search(r"steps finished late, most +2, /formation/controller", output.getvalue())
+    assert re.search(r"command age, 50/99/100 % +3.8 / 9.0 / 12.5 ms", output.getvalue())
 
 
 def test_table_shows_each_phase_and_pair_and_the_paper(summary: dict[str, Any]) -> None:

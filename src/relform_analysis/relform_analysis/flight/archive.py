@@ -16,8 +16,8 @@ _TABLES = ("solver", "estimator", "active_constraints")
 """Fields of a log that hold arrays by name; an archive has each of these arrays under ``field.name``."""
 _ENTRIES = ("faults", "changes", "degraded")
 """Fields of a log that hold entries in words."""
-_OTHERS = {"scenario", "phase", *_TABLES, *_ENTRIES}
-"""Fields of a log that are not arrays."""
+_OTHERS = {"scenario", "phase", "real_time", *_TABLES, *_ENTRIES}
+"""Fields of a log that are not arrays; no flight of a sweep is in real time."""
 
 
 def write_log(path: Path, log: FlightLog) -> None:

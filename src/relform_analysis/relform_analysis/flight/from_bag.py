@@ -11,7 +11,7 @@ from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_bags.from_bag import decode
 from relform_bags.reader import BagMessage, find_bag, read_bag
 from relform_core.errors import BagError, MessageError
-from relform_core.names import GROUND_TRUTH, ROTOR_SPEEDS, vehicle_topic
+from relform_core.names import DIAGNOSTICS, GROUND_TRUTH, ROTOR_SPEEDS, vehicle_topic
 from relform_core.roster import Controller, Roster
 from relform_core.scenario_config import ScenarioConfig
 from relform_ros.commands import rotor_command_from_msg
@@ -40,6 +40,10 @@ def message_takers(
     def take_command(vehicle: str, msg: Any) -> None:
         builder.add_command(vehicle, rotor_command_from_msg(msg, vehicle))
 
+    def take_diagnostics(msg: Any) -> None:
+        for status in msg.status:
+            builder.add_report(status.name, {each.key: each.value for each in status.values})
+
     takers: dict[str, Callable[[Any], None]] = {
         controller.reference: lambda msg: builder.add_reference(reference_from_msg(msg, team.vehicles)),
         controller.state: lambda msg: builder.add_state(state_from_msg(msg, team.vehicles)),
@@ -48,6 +52,8 @@ def message_takers(
     }
     if config.ground is not None:
         takers[controller.status] = lambda msg: builder.add_status(status_from_msg(msg))
+    if config.real_time is not None:
+        takers[DIAGNOSTICS] = take_diagnostics
     for vehicle in team.vehicles:
         takers[vehicle_topic(vehicle, GROUND_TRUTH)] = partial(take_ground_truth, vehicle)
         takers[vehicle_topic(vehicle, ROTOR_SPEEDS)] = partial(take_command, vehicle)

@@ -95,6 +95,8 @@ class FlightLog:
     """Whether a soft constraint was active in the plan, by name, of those that ever were; shape (K,)."""
     degraded: tuple[LogEntry, ...] = ()
     """When the estimator was degraded, until when, and why."""
+    real_time: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """What each node last reported about the wall clock, by key of /diagnostics; empty: lock-step."""
 
     @property
     def vehicles(self) -> tuple[str, ...]:

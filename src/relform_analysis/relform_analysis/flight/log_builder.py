@@ -82,6 +82,7 @@ class FlightLogBuilder:
         """Of the newest status; statuses come in order."""
         self._faults: list[LogEntry] = []
         self._changes: list[LogEntry] = []
+        self._real_time: dict[str, Mapping[str, float]] = {}
 
     def add_ground_truth(self, vehicle: str, odometry: Odometry) -> None:
         """Take the true state of a vehicle at one instant."""
@@ -159,6 +160,12 @@ class FlightLogBuilder:
             case FormationSet(formation):
                 self._changes.append(LogEntry(event.stamp_ns, source, _formation_in_words(formation)))
 
+    def add_report(self, node: str, values: Mapping[str, str]) -> None:
+        """Take what a node reports about itself; later reports replace earlier ones."""
+        numbers = {key: float(value) for key, value in values.items() if key.startswith("real_time.")}
+        if numbers:
+            self._real_time[node] = numbers
+
     def add_decision(self, decision: Decision) -> None:
         """Take everything about one control step."""
         step, stamp_ns = decision.step, decision.stamp_ns
@@ -223,6 +230,7 @@ class FlightLogBuilder:
             faults=tuple(self._faults),
             changes=tuple(self._changes),
             degraded=tuple(self._spans_degraded(stamps)),
+            real_time=self._real_time,
         )
 
     def _spans_degraded(self, stamps: Sequence[int]) -> Iterator[LogEntry]:

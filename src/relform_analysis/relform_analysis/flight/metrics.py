@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from relform_analysis.flight.estimation_errors import Consistency
 from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.real_time import RealTimeMetrics, real_time_metrics
 from relform_analysis.flight.special_metrics import (
     EventMetrics,
     StartMetrics,
@@ -143,6 +144,8 @@ class FlightMetrics:
     start: StartMetrics
     event: EventMetrics
     consistency: Consistency
+    real_time: RealTimeMetrics | None
+    """None: the flight was in lock-step."""
 
 
 def flight_metrics(log: FlightLog) -> FlightMetrics:
@@ -185,6 +188,7 @@ def flight_metrics(log: FlightLog) -> FlightMetrics:
         tilt_max=_over(tilted, np.max),
         view_margin_min=_least(view_margins(log)),
         solver=_solver_metrics(log),
+        real_time=real_time_metrics(log),
         start=start_metrics(log, errors, tilted),
         event=event_metrics(log, errors, position_errors, steady),
         consistency=Consistency.of(log, steady),

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from relform_analysis.flight.metrics import Distribution, Errors, FlightMetrics, PhaseMetrics, Score
+from relform_analysis.flight.real_time import Ages, RealTimeMetrics
 from relform_core.atomic_file import write_atomically
 from relform_core.load import LoadedScenario
 from relform_core.units import rad_s_to_rpm
@@ -94,6 +95,7 @@ def build_summary(
         "nis_inside_fraction": metrics.consistency.nis_inside,
         "pairs": _pairs(score),
         "phases": [_phase(phase) for phase in metrics.phases],
+        "real_time": None if metrics.real_time is None else _real_time(metrics.real_time),
         "versions": dict(versions),
     }
     return {key: _without_nan(value) for key, value in summary.items()}
@@ -121,6 +123,20 @@ def _phase(phase: PhaseMetrics) -> Json:
         **_errors(phase.score.follower_yaw, "deg", "follower_yaw_"),
         "pairs": _pairs(phase.score),
     }
+
+
+def _real_time(metrics: RealTimeMetrics) -> Json:
+    return {
+        "missed_steps": dict(metrics.missed_steps),
+        **_ages(metrics.measurements, "measurement"),
+        **_ages(metrics.commands, "command"),
+    }
+
+
+def _ages(ages: Ages | None, what: str) -> dict[str, float]:
+    values = (math.nan,) * 3 if ages is None else (ages.median, ages.percentile_99, ages.most)
+    names = ("age_median_ms", "age_p99_ms", "age_max_ms")
+    return {f"{what}_{name}": value for name, value in zip(names, values, strict=True)}
 
 
 def _pairs(score: Score) -> list[Json]:

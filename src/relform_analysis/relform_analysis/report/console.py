@@ -7,6 +7,7 @@ from rich.table import Table
 from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE
 from relform_analysis.flight.summary import Json
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
+from relform_analysis.report.real_time_rows import real_time_rows
 
 
 def print_table(summary: Json, console: Console | None = None) -> None:
@@ -41,6 +42,8 @@ def _flight_table(summary: Json) -> Table:
     table.add_column("the paper says", justify="right")
     for row in COMPARED:
         table.add_row(row.label, row.text(summary[row.key]), row.paper)
+    for label, text in real_time_rows(summary):
+        table.add_row(label, text, "")
     return table
 
 

@@ -15,6 +15,7 @@ from relform_analysis.report.flight_source import unrecorded_topics
 from relform_analysis.report.interventions import interventions
 from relform_analysis.report.packing import pack
 from relform_analysis.report.page import render
+from relform_analysis.report.real_time_rows import real_time_rows
 from relform_analysis.report.tiles import headline_tiles
 from relform_core.atomic_file import write_atomically
 from relform_core.errors import FlightError
@@ -62,9 +63,12 @@ def flight_page(log: FlightLog, summary: Json) -> str:
         unrecorded=unrecorded_topics(log),
         tiles=headline_tiles(summary.get, _notes(summary)),
         compared=[
-            (row.label, row.text(summary[row.key]), row.paper, row.holds(summary[row.key]))
-            for row in COMPARED
-            if row.paper or summary[row.key] is not None
+            *(
+                (row.label, row.text(summary[row.key]), row.paper, row.holds(summary[row.key]))
+                for row in COMPARED
+                if row.paper or summary[row.key] is not None
+            ),
+            *((label, text, "", None) for label, text in real_time_rows(summary)),
         ],
         footnote=FOOTNOTE,
         columns=error_columns(summary),
