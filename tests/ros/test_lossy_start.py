@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 
 from relform_analysis.flight.from_bag import read_flight_log
 from relform_analysis.flight.simulate import fly_in_process
@@ -14,7 +15,7 @@ from relform_analysis.replay.command import main as replay
 from relform_bags.from_bag import decode
 from relform_bags.reader import BagMessage, read_bag
 from relform_core.load import load_scenario
-from relform_core.names import CONTROLLER_NODE, DIAGNOSTICS
+from relform_core.names import CONTROLLER_NODE, DIAGNOSTICS, vehicle_node
 from support.nodes import short
 from support.scenarios import PAPER
 
@@ -46,16 +47,15 @@ def fly(folder: Path, *overrides: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=100, check=False)
 
 
-def diagnostics_of_the_controller(run: Path) -> dict[str, str]:
-    """What it said last."""
-    (*_, status) = (
+def diagnostics_of(node: str, run: Path) -> list[DiagnosticStatus]:
+    """What a node said, once a second."""
+    return [
         status
         for entry in read_bag(run, {DIAGNOSTICS})
         if isinstance(entry, BagMessage)
         for status in decode(entry).status
-        if status.name == CONTROLLER_NODE
-    )
-    return {entry.key: entry.value for entry in status.values}
+        if status.name == node
+    ]
 
 
 @pytest.mark.parametrize("overrides", [(), FROM_ANYWHERE], ids=["raw", "team_from_anywhere"])
@@ -74,7 +74,14 @@ def test_a_late_start_is_the_same_flight_with_ros_without_and_replayed(
     assert log.leader_covariance.tobytes() == expected.leader_covariance.tobytes()
     for name, values in expected.estimator.items():
         assert log.estimator[name].tobytes() == values.tobytes(), name
-    told = diagnostics_of_the_controller(folder)
+    first, *_, last = diagnostics_of(CONTROLLER_NODE, folder)
+    assert first.level == DiagnosticStatus.STALE
+    assert "range and bearing" in first.message
+    assert last.level == DiagnosticStatus.OK
+    hovers, *_, flies = diagnostics_of(vehicle_node("leader"), folder)[1:]
+    assert hovers.level == DiagnosticStatus.STALE
+    assert flies.level == DiagnosticStatus.OK
+    told = {entry.key: entry.value for entry in last.values}
     assert told["estimator.mode"] in ("measured", "predicted")
     assert (told["estimator.nis_dof"] == "0") is (not overrides)  # only the team estimator has innovations
     assert 0 <= int(told["estimator.rejected"]) < 10

@@ -17,7 +17,7 @@ from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, step_done_topic
 from relform_core.roster import Roster
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_msgs.msg import StepDone
-from relform_ros.diagnostics import diagnostics_to_msg, is_due
+from relform_ros.diagnostics import Diagnostics, is_due
 from relform_ros.discovery import check_name, discover
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_from_msg
@@ -59,6 +59,7 @@ class FlightPacing(ABC):
         self._place = roster.members.index(self._name)
         self._configuration = configuration_of(scenario, roster)
         self._endpoints = Endpoints(node, topic_table(config, roster), spinner.intra_process)
+        self._diagnostics = Diagnostics(self._name, self._endpoints.rejections)
         readable = {topic.name for topic in self.readable}
         self._awaited = tuple(member for member in roster.members if step_done_topic(member) in readable)
         """The nodes that report the end of their steps to this one."""
@@ -154,8 +155,7 @@ class FlightPacing(ABC):
         stamp_ns = step * self._period_ns
         if is_due(step, self._period_ns):
             values = {**report(), **self._own_report()}
-            rejections = self._endpoints.rejections
-            self.publish(DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, values))
+            self.publish(DIAGNOSTICS, self._diagnostics.report(stamp_ns, values))
         self._promised = list(promised)
         self._sent += [(topic, stamp_ns) for topic in self._promised]
         self._send_done(step, stamp_ns, fault)

@@ -219,7 +219,18 @@ class ControllerNode:
             "estimator.nis": self._estimator.nis,
             "estimator.nis_dof": self._estimator.nis_dof,
             "estimator.rejected": self._rejected,
-            **({} if self._requests is None else {"requests.refused": self._requests.refused}),
+            **self._report_of_team(),
+        }
+
+    def _report_of_team(self) -> Mapping[str, object]:
+        """What the team does; nothing where it has no take-off and landing."""
+        if self._requests is None or not isinstance(self._controller, FlightDirector):
+            return {}
+        status = self._controller.status
+        return {
+            "requests.refused": self._requests.refused,
+            "team.mode": str(status.mode),
+            "team.reason": status.reason,
         }
 
 

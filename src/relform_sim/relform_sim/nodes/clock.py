@@ -18,7 +18,7 @@ from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, 
 from relform_core.roster import Roster
 from relform_msgs.msg import StepDone
 from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
-from relform_ros.diagnostics import diagnostics_to_msg, is_due
+from relform_ros.diagnostics import Diagnostics, is_due
 from relform_ros.discovery import DISCOVERY_POLL_S, check_name, discover
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
@@ -48,6 +48,7 @@ class ClockServer:
         self._node = node
         self._config = config
         self._endpoints = Endpoints(node, topic_table(config, roster), spinner.intra_process)
+        self._diagnostics = Diagnostics(self._name, self._endpoints.rejections)
         self._members = roster.members
         for member in self._members:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
@@ -88,11 +89,8 @@ class ClockServer:
             stamp_ns = step * self._config.period_ns
             self._endpoints.publish(CLOCK, Clock(clock=stamp_to_msg(stamp_ns)))
             if is_due(step, self._config.period_ns):
-                rejections = self._endpoints.rejections
-                values = self._barrier.report()
-                self._endpoints.publish(
-                    DIAGNOSTICS, diagnostics_to_msg(stamp_ns, self._name, rejections, values)
-                )
+                report = self._diagnostics.report(stamp_ns, self._barrier.report())
+                self._endpoints.publish(DIAGNOSTICS, report)
             await until(self._barrier.complete, deadline=self._barrier.due())
 
     async def _unresponsive(self) -> list[str]:

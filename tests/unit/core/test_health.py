@@ -1,0 +1,115 @@
+"""The level of a node, from what it counts and from what holds."""
+
+import pytest
+
+from relform_core.health import Health, Level
+from relform_sim.onboard import OnboardCounts
+
+VEHICLE = vars(OnboardCounts())
+CONTROLLER = {
+    "solver.solved": 20,
+    "solver.step_limit": 0,
+    "solver.fallback": 0,
+    "solver.last_fallback_reason": "",
+    "estimator.waiting_for": "",
+    "estimator.mode": "measured",
+    "estimator.reason": "",
+    "estimator.nis_dof": 18,
+}
+
+
+def judged(*reports: dict[str, object]) -> list[tuple[Level, str]]:
+    health = Health()
+    return [health.judge(report, 0, "") for report in reports]
+
+
+def test_a_node_without_findings_is_ok() -> None:
+    assert judged({}, VEHICLE, CONTROLLER) == [(Level.OK, "")] * 3
+
+
+def test_a_vehicle_that_has_no_command_yet_is_stale() -> None:
+    waiting, flying = judged(VEHICLE | {"hovered": 3}, VEHICLE | {"hovered": 3})
+    assert waiting == (Level.STALE, "no command has arrived yet, the vehicle hovers")
+    assert flying == (Level.OK, "")
+
+
+def test_a_vehicle_recovers_from_lost_commands() -> None:
+    levels = judged(
+        VEHICLE | {"replayed": 4},
+        VEHICLE | {"replayed": 4},
+        VEHICLE | {"replayed": 24, "failsafe": 5},
+    )
+    assert levels == [
+        (Level.WARN, "4 intervals on the plan of an earlier command"),
+        (Level.OK, ""),
+        (
+            Level.ERROR,
+            "5 intervals without a plan: the vehicle sinks on its own sensors; "
+            "20 intervals on the plan of an earlier command",
+        ),
+    ]
+
+
+def test_fallbacks_of_the_solver_are_a_warning_and_an_error_if_there_is_nothing_else() -> None:
+    reason = {"solver.last_fallback_reason": "not finite"}
+    some = CONTROLLER | {"solver.solved": 37, "solver.fallback": 3} | reason
+    only = some | {"solver.fallback": 23}
+    assert judged(CONTROLLER, some, only, only) == [
+        (Level.OK, ""),
+        (Level.WARN, "3 steps fell back to the plan before: not finite"),
+        (Level.ERROR, "20 steps fell back to the plan before: not finite"),
+        (Level.OK, ""),
+    ]
+
+
+def test_a_degraded_estimate_is_a_warning_while_it_lasts() -> None:
+    degraded = {"estimator.mode": "degraded", "estimator.reason": "no localization for 1.2 s"}
+    assert judged(CONTROLLER | degraded, CONTROLLER | degraded, CONTROLLER) == [
+        (Level.WARN, "the estimate is degraded: no localization for 1.2 s"),
+        (Level.WARN, "the estimate is degraded: no localization for 1.2 s"),
+        (Level.OK, ""),
+    ]
+
+
+def test_a_controller_that_lacks_measurements_is_stale() -> None:
+    waiting = {"estimator.waiting_for": "range and bearing from leader to follower_1"}
+    assert judged(CONTROLLER | waiting) == [
+        (Level.STALE, "waits for range and bearing from leader to follower_1")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("mode", "level", "message"),
+    [
+        ("idle", Level.OK, "waits for take_off"),
+        ("failsafe", Level.ERROR, "the team is in failsafe: follower_1 is lost; waits for take_off"),
+    ],
+)
+def test_a_team_may_wait_for_a_request_and_must_not_be_in_failsafe(
+    mode: str, level: Level, message: str
+) -> None:
+    team = {
+        "team.mode": mode,
+        "team.reason": "follower_1 is lost",
+        "estimator.waiting_for": "take_off",
+        "requests.refused": 0,
+    }
+    assert judged(CONTROLLER | team) == [(level, message)]
+
+
+def test_rejected_messages_are_a_warning_until_none_is_rejected() -> None:
+    health = Health()
+    assert health.judge({}, 2, "/leader/imu: not finite") == (
+        Level.WARN,
+        "rejected 2 messages, the last: /leader/imu: not finite",
+    )
+    assert health.judge({}, 2, "/leader/imu: not finite") == (Level.OK, "")
+
+
+def test_steps_that_members_missed_are_named() -> None:
+    missed = "real_time.missed_steps."
+    levels = judged(
+        {f"{missed}/leader/quadrotor": 0, f"{missed}/recorder": 0},
+        {f"{missed}/leader/quadrotor": 2, f"{missed}/recorder": 0},
+    )
+    assert levels[1] == (Level.WARN, "/leader/quadrotor missed 2 steps")
