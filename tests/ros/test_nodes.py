@@ -215,7 +215,7 @@ def test_a_formation_is_flown_from_the_next_step_on(flying: Observer) -> None:
     assert answer.success, answer.message
     flying.until(lambda: any(event.kind == FormationEvent.SET_FORMATION for event in events))
     event = next(event for event in events if event.kind == FormationEvent.SET_FORMATION)
-    assert answer.message == f"applies from step {event.step} on"
+    assert answer.message == f"applies from step {event.step} on, takes 2.2 s"
     assert [pair.target_id for pair in event.formation] == ["follower_1", "follower_2"]
     flying.until(lambda: references[-1].step > event.step + 1)
 

@@ -15,6 +15,7 @@ from relform_controller.formation_controller import FormationController
 from relform_controller.ground_plan import LandingPlan, TakeOffPlan, heights, landing_problem
 from relform_controller.reference.online_mission import OnlineMission
 from relform_controller.reference.timed_path import rows_of
+from relform_core.blend import Blend
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
 from relform_core.flight_modes import Request, TeamMode, TeamRequest, VehicleMode, refusal
@@ -95,6 +96,10 @@ class FlightDirector:
         """See ``FormationController``."""
         self._weights = weights
         self._controller.set_weights(weights)
+
+    def way_to(self, formation: Mapping[str, Vector3]) -> Blend:
+        """See ``FormationController``."""
+        return self._mission.way_to(formation)
 
     def check_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``FormationController``."""

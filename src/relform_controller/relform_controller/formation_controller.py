@@ -20,6 +20,7 @@ from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.prediction import predictor
 from relform_controller.solver.solver import Solver
+from relform_core.blend import Blend
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import FlightError
 from relform_core.measurements import RotorCommand, TeamMeasurements
@@ -117,6 +118,10 @@ class FormationController:
     def set_weights(self, weights: WeightsConfig) -> None:
         """Change the weights of the cost from the next step on."""
         self._solver.set_weights(weights)
+
+    def way_to(self, formation: Mapping[str, Vector3]) -> Blend:
+        """The way of all vehicles to a formation from the next step on; see ``Mission``."""
+        return self._mission.way_to(formation)
 
     def check_formation(self, formation: Mapping[str, Vector3]) -> None:
         """Check a request without making it; arguments and errors are those of ``set_formation``."""

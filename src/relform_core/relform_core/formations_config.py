@@ -4,12 +4,15 @@ import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, TypeAdapter, ValidationInfo
+from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError, ValidationInfo
 
 from relform_core import shapes
 from relform_core.arrays import Array
+from relform_core.errors import ConfigError
+from relform_core.explain import Origins, explain
 from relform_core.schema import Name, Positive, Schema, Vector3
 from relform_core.units import DEGREES
+from relform_core.yaml_files import parse_mapping
 
 _DIGITS = 4
 """Places are rounded to a tenth of a millimetre, so that they are the same on every machine."""
@@ -68,6 +71,21 @@ Shape = Annotated[
     LineShape | ColumnShape | VShape | CircleShape | GridShape | SphereShape, Field(discriminator="kind")
 ]
 _SHAPE: TypeAdapter[Shape] = TypeAdapter(Shape)
+
+
+def shape_from_text(text: str, origin: str) -> Shape:
+    """A shape from its YAML text.
+
+    Args:
+        origin: where the text comes from, for errors.
+    Raises:
+        ConfigError: one line: no YAML, an unknown shape, or what is wrong with a key of it.
+    """
+    written = parse_mapping(text, origin)
+    try:
+        return _SHAPE.validate_python(written)
+    except ValidationError as error:
+        raise ConfigError("; ".join(explain(error, written, Origins(origin)).splitlines())) from None
 
 
 def _places(shape: Shape, n_vehicles: int) -> Array:

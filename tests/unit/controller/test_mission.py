@@ -12,6 +12,7 @@ from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
 from relform_controller.reference.trajectory import LeaderReference
 from relform_core.arrays import Integers
+from relform_core.blend import Blend
 from relform_core.errors import ConfigError
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.schema import Vector3
@@ -36,6 +37,9 @@ class HoverForEver:
 
     def __init__(self, place: Vector3) -> None:
         self._place = np.array(place)
+
+    def way_to(self, formation: Mapping[str, Vector3]) -> Blend:
+        return Blend.at_rest(np.array([(0.0, 0.0, 0.0), *FORMATION.values()]))
 
     def check_formation(self, formation: Mapping[str, Vector3]) -> None:
         raise ConfigError("this mission keeps its formation")

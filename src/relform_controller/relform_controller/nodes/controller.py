@@ -13,9 +13,9 @@ from rclpy.node import Node
 from relform_controller.blas import one_blas_thread
 from relform_controller.flight_director import FlightDirector
 from relform_controller.live_values import FORMATION, LiveControllerValues, by_formation_key
+from relform_controller.nodes.formation_service import FormationService
 from relform_controller.nodes.requests import RequestServices
 from relform_controller.team_controller import make_controller
-from relform_core.errors import ConfigError, MessageError
 from relform_core.load import LoadedScenario
 from relform_core.measurements import RotorCommand, TeamMeasurements, VehicleMeasurements
 from relform_core.names import (
@@ -40,9 +40,8 @@ from relform_core.telemetry import (
     StepDecided,
 )
 from relform_msgs.msg import FormationEvent
-from relform_msgs.srv import SetFormation
 from relform_ros.commands import rotor_command_to_msg
-from relform_ros.events import event_to_msg, formation_from_msgs
+from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
 from relform_ros.make_pacing import make_pacing
 from relform_ros.pacing import Pacing
@@ -94,7 +93,7 @@ class ControllerNode:
         for vehicle, sources in self._topics.items():
             for source, topic in sources:
                 pacing.read(topic, partial(wire(source).from_msg, vehicle=vehicle, team=self._team.vehicles))
-        node.create_service(SetFormation, "set_formation", self._on_set_formation)
+        FormationService(node, config, self._controller, self._parameters, lambda: self._next_step)
 
     async def run(self) -> None:
         """Control the flight.
@@ -194,20 +193,6 @@ class ControllerNode:
     def _open_step(self) -> int | None:
         """The next step, in which a request applies; None: there is none."""
         return self._next_step if self._next_step < self._n_steps else None
-
-    def _on_set_formation(
-        self, request: SetFormation.Request, response: SetFormation.Response
-    ) -> SetFormation.Response:
-        try:
-            formation = formation_from_msgs(request.formation, self._team)
-            self._parameters.change(by_formation_key(formation))
-        except (ConfigError, MessageError) as error:
-            response.success = False
-            response.message = str(error)
-            return response
-        response.success = True
-        response.message = f"applies from step {self._next_step} on"
-        return response
 
     def _report(self) -> Mapping[str, object]:
         counts = {f"solver.{state.name.lower()}": self._solver_states[state] for state in SolverState}

@@ -9,6 +9,7 @@ from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.formation import FormationSchedule
 from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
 from relform_core.arrays import Array, Integers
+from relform_core.blend import Blend
 from relform_core.errors import ConfigError
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
@@ -34,6 +35,15 @@ class Mission(Protocol):
     @property
     def formation(self) -> Mapping[str, Vector3]:
         """The present formation without its ramp: each follower relative to the leader [m]."""
+
+    def way_to(self, formation: Mapping[str, Vector3]) -> Blend:
+        """The way of all vehicles to a formation from the next control step on.
+
+        Args:
+            formation: position of each follower relative to the leader [m].
+        Returns:
+            Places in {mc} of the leader, in team order.
+        """
 
     def check_formation(self, formation: Mapping[str, Vector3]) -> None:
         """Check a request without making it; arguments and errors are those of ``set_formation``."""
@@ -78,6 +88,10 @@ class ScenarioMission:
     def formation(self) -> Mapping[str, Vector3]:
         """See ``Mission``."""
         return self._schedule.by_follower
+
+    def way_to(self, formation: Mapping[str, Vector3]) -> Blend:
+        """See ``Mission``."""
+        return self._schedule.way_to(formation)
 
     def check_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``; no follower may get to the ground below the path of the leader."""

@@ -11,6 +11,7 @@ from relform_controller.reference.leader_path import LeaderPath, LeaderState, Ph
 from relform_controller.reference.mission import MissionReference
 from relform_controller.reference.timed_path import TimedPath
 from relform_core.arrays import Array, Integers
+from relform_core.blend import Blend
 from relform_core.errors import ConfigError
 from relform_core.obstacles import clearance
 from relform_core.scenario_config import ScenarioConfig
@@ -53,6 +54,10 @@ class OnlineMission:
         """Whether the leader has come to rest, in formation, at the next control step."""
         next_ns = self._schedule.next_ns
         return self._left(next_ns) <= 0.0 and self._phase < 0 and not self._schedule.is_changing(next_ns)
+
+    def way_to(self, formation: Mapping[str, Vector3]) -> Blend:
+        """See ``Mission``."""
+        return self._schedule.way_to(formation)
 
     def check_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``; no vehicle may get to the ground or into an obstacle on the leader's way."""
