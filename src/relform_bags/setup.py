@@ -20,6 +20,7 @@ setup(
     entry_points={
         "console_scripts": [
             "check_playback = relform_bags.check_command:main",
+            "export_path = relform_bags.path_export.command:main",
             "foxglove = relform_bags.foxglove.command:main",
             "player = relform_bags.nodes.player:main",
             "record = relform_bags.record_command:main",

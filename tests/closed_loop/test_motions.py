@@ -1,11 +1,24 @@
 """Short flights of the leader's paths with the team estimator."""
 
+import math
+
 import pytest
 
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.simulate import fly_in_process
 from relform_core.load import load_scenario
 from support.scenarios import CONFIG_FOLDER
+
+
+def test_team_circles_a_tower_and_looks_at_it() -> None:
+    """The whole scenario: the leader flies sideways for most of the time."""
+    log = fly_in_process(load_scenario(CONFIG_FOLDER / "scenarios/tower.yaml", seed=4))
+    metrics = flight_metrics(log)
+    assert not log.faults
+    assert metrics.solver.fallback_steps == 0
+    assert metrics.score.formation.steady.mean < 0.03
+    assert metrics.score.leader_position.steady.mean < 0.08
+    assert metrics.score.leader_yaw.steady.mean < math.radians(3.0)
 
 
 @pytest.mark.parametrize(

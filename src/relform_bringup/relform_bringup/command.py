@@ -13,6 +13,7 @@ from relform_analysis.report.console import print_table
 from relform_bringup.create_folder import create_run_folder
 from relform_bringup.flight import Flight, FlownFlight, check_installation
 from relform_bringup.interruption import interruption_noted
+from relform_bringup.scenario_list import ListScenarios
 from relform_core.errors import RelformError
 from relform_core.exit_codes import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED
 from relform_core.installed import software_versions
@@ -93,6 +94,9 @@ def _parser() -> CommandParser:
     )
     parser.add_argument(
         "--scenario", required=True, metavar="FILE", help="path or plain name of the scenario, such as paper"
+    )
+    parser.add_argument(
+        "--list", action=ListScenarios, help="print names and titles of the installed scenarios and exit"
     )
     parser.add_argument(
         "--seed", type=int, help="seed of all random draws (default: the seed in the scenario, or 0)"

@@ -47,9 +47,13 @@ class Origins:
     overrides: set[KeyPath] = field(default_factory=set)
     """Keys that were set on the command line."""
 
+    def is_override(self, key: KeyPath) -> bool:
+        """Whether a key, or one above it, was set on the command line."""
+        return any(key[: len(override)] == override for override in self.overrides)
+
     def locate(self, key: KeyPath) -> str:
         """Where to look for a key: its file or ``--set``, and its name there."""
-        if any(key[: len(override)] == override for override in self.overrides):
+        if self.is_override(key):
             return f"--set {'.'.join(key)}"
         if key and key[0] in self.files and key[:2] not in self.in_scenario:
             file, key = self.files[key[0]], key[1:]

@@ -2,7 +2,8 @@
 
 A scenario names its vehicle, sensors and controller by the path of another file, relative to its own, or by
 the plain name of an installed file. A section with the key ``file`` reads this file, and its other keys
-replace those in the file. The *effective configuration* is the same scenario with these files, the overrides
+replace those in the file. A motion ``path`` names a CSV file with its samples. The *effective configuration*
+is the same scenario with these files, the overrides
 and the seed written in; it is a scenario file too.
 """
 
@@ -22,6 +23,7 @@ from relform_core.config_files import find_config
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
 from relform_core.formation_change import FormationChanges
+from relform_core.phase_files import phase_problem, read_phase_files
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.yaml_files import parse_mapping, parse_value, read_mapping, to_text
 
@@ -95,6 +97,7 @@ def _load(
         _apply_override(tree, override, folder, origins)
     for section in SECTIONS_IN_FILES:
         _resolve_section(tree, section, folder, origins)
+    read_phase_files(tree, folder, origins)
     if seed is not None:
         tree["seed"] = seed
     checked_seed = _checked_seed(tree.pop("seed", 0), origins)
@@ -108,6 +111,10 @@ def _load(
     if (problem := FormationChanges(config).scenario_problem()) is not None:
         where = f"{origins.locate_contradiction(())}: phases.{problem.phase_index}.formation"
         raise ConfigError(f"{where}: {problem}; put a phase with another formation before it")
+    if (too_fast := phase_problem(config)) is not None:
+        index, reason = too_fast
+        where = origins.locate_contradiction(("phases", str(index), "motion"))
+        raise ConfigError(f"{where}: {reason}")
     return LoadedScenario(config, checked_seed, _written_out(tree, config))
 
 

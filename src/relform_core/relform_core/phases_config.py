@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from relform_core.paths_config import Circle, FigureEight, Waypoints
+from relform_core.recorded_path_config import RecordedPath
 from relform_core.schema import Label, Name, NonNegative, Positive, Schema
 from relform_core.units import DEGREES
 
@@ -51,7 +52,7 @@ class Spiral(Schema):
         return self
 
 
-LeaderPath = Circle | FigureEight | Waypoints
+LeaderPath = Circle | FigureEight | Waypoints | RecordedPath
 Motion = Annotated[Hover | Straight | Turn | Spiral | LeaderPath, Field(discriminator="kind")]
 
 
@@ -90,7 +91,7 @@ def path_from_motion(phases: Sequence[PhaseConfig]) -> PhaseConfig | None:
     at_rest = True
     for phase in phases:
         match phase.motion:
-            case Circle() | FigureEight() | Waypoints():
+            case Circle() | FigureEight() | Waypoints() | RecordedPath():
                 if not at_rest:
                     return phase
             case Hover():

@@ -17,15 +17,23 @@ def read_mapping(path: Path) -> dict[str, Any]:
     Raises:
         ConfigError: one line: the file cannot be read, or holds something else.
     """
+    return parse_mapping(read_text(path), str(path))
+
+
+def read_text(path: Path) -> str:
+    """The text in a file.
+
+    Raises:
+        ConfigError: one line: the file cannot be read.
+    """
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such file") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: cannot be read: not a text file in UTF-8") from None
-    return parse_mapping(text, str(path))
 
 
 def parse_mapping(text: str, origin: str) -> dict[str, Any]:

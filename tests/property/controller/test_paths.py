@@ -65,7 +65,7 @@ def integral(rate: Array, time: Array) -> Array:
 
 @given(motions())
 def test_path_keeps_its_bounds_and_ends_where_it_should(motion: Circle | FigureEight | Waypoints) -> None:
-    time, (speed, climb, turn_rate) = profile(motion)
+    time, (speed, climb, turn_rate, _) = profile(motion)
     assert (speed >= 0.0).all()
     assert np.hypot(speed, climb).max() <= motion.speed * (1.0 + 1e-9)
     np.testing.assert_allclose([speed[0], climb[0], turn_rate[0]], 0.0, atol=1e-12)
@@ -82,7 +82,7 @@ def test_path_keeps_its_bounds_and_ends_where_it_should(motion: Circle | FigureE
 @given(motions())
 def test_velocity_is_continuous_and_acceleration_bounded(motion: Circle | FigureEight | Waypoints) -> None:
     """Corners and ramps included. With half the step the largest change halves; a jump would stay."""
-    time, (speed, climb, turn_rate) = profile(motion)
+    time, (speed, climb, turn_rate, _) = profile(motion)
     yaw = integral(turn_rate, time)
     velocity = np.stack([speed * np.cos(yaw), speed * np.sin(yaw), climb])
     acceleration = np.diff(velocity, axis=1) / np.diff(time)

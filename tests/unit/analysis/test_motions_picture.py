@@ -13,7 +13,7 @@ def test_picture_has_every_motion() -> None:
     axes = picture([load_scenario(name).config for name in SCENARIOS]).axes
     assert [each.get_title() for each in axes] == list(SCENARIOS)
     drawn = {line.get_label() for each in axes for line in each.get_lines()}
-    assert drawn == {"hover", "straight", "turn", "spiral", "circle", "figure_eight", "waypoints"}
+    assert drawn == {"hover", "straight", "turn", "spiral", "circle", "figure_eight", "waypoints", "path"}
 
 
 def test_command_writes_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""Circle, figure eight and waypoints: their places, speeds and headings at known instants."""
+"""Circle, figure eight, waypoints and recorded paths: their places, speeds and headings at known instants."""
 
 import math
 
@@ -72,7 +72,7 @@ def test_circle_at_known_instants() -> None:
     times = np.array([0.0, 0.3, 0.6, 1.2, 9.0, motion.time - 0.3, motion.time, motion.time + 1.0])
     # smooth step: 3 x^2 - 2 x^3 at x = 0.25 is 0.15625
     speeds = 1.5 * np.array([0.0, 0.15625, 0.5, 1.0, 1.0, 0.15625, 0.0, 0.0])
-    expected = np.stack([speeds, np.zeros(8), speeds / -2.0])
+    expected = np.stack([speeds, np.zeros(8), speeds / -2.0, np.zeros(8)])
     np.testing.assert_allclose(circle(motion, times), expected, atol=1e-12)
 
 
@@ -84,7 +84,7 @@ def test_figure_eight_at_known_instants() -> None:
     once = math.tau * 2.404825557695773 * 1.5  # 22.665 m
     assert motion.time == pytest.approx(once / 1.2 + 1.0)
     times = 0.5 + np.array([0.25, 0.5, 0.75]) * once / 1.2
-    speed, climb, turn_rate = figure_eight(motion, times)
+    speed, climb, turn_rate, _ = figure_eight(motion, times)
     np.testing.assert_allclose(speed, 1.2, atol=1e-12)
     np.testing.assert_allclose(climb, 0.0)
     np.testing.assert_allclose(turn_rate, [1.2 / 1.5, 0.0, -1.2 / 1.5], atol=1e-12)
@@ -115,7 +115,7 @@ def test_waypoints_at_known_instants() -> None:
     corner = 0.6 + 4.0 / 1.5
     slanted = 1.5 * np.array([0.0, -3.0, 1.0]) / math.sqrt(10.0)
     times = np.array([0.0, 2.0, corner, corner + 1.0, motion.time])
-    speed, climb, turn_rate = waypoints(motion, times)
+    speed, climb, turn_rate, _ = waypoints(motion, times)
     half = 0.5 * (np.array([1.5, 0.0, 0.0]) + slanted)
     np.testing.assert_allclose(speed, [0.0, 1.5, math.hypot(*half[:2]), -slanted[1], 0.0], atol=1e-12)
     np.testing.assert_allclose(climb, [0.0, 0.0, half[2], slanted[2], 0.0], atol=1e-12)
@@ -135,3 +135,40 @@ def test_waypoints_fly_along_their_legs_and_cut_corners() -> None:
     # Integral of the smooth step up to its middle: 3/32 of the ramp.
     change = 1.5 * np.array([-1.0, -3.0 / math.sqrt(10.0), 1.0 / math.sqrt(10.0)])
     np.testing.assert_allclose(at, [4.0, 0.0, 0.0] + change * 1.2 * 3.0 / 32.0, atol=2e-3)
+
+
+RECORDED = (
+    "{kind: path, times_s: [5, 8, 11, 14], points_m: [[1, 1, 4], [1, 3, 4], [0, 3, 5], [0, 3, 4.5]], "
+    "yaws_deg: [90, 170, -170, -100]}"
+)
+
+
+def test_recorded_path_is_moved_and_turned_to_the_pose_of_the_leader() -> None:
+    """Its first sample is 90 degrees to the left of x, so its y is forward and its -x is to the left."""
+    reference = flown(RECORDED, 10.0)
+    places = seen_from_start(reference)
+    at = [20, 80, 140, 200, 220]  # after 0, 3, 6, 9 and 10 s
+    expected = [[0, 0, 0], [2, 0, 0], [2, 1, 1], [2, 1, 0.5], [2, 1, 0.5]]
+    np.testing.assert_allclose(places[at], expected, atol=1e-5)
+    turned = np.degrees(reference.yaw_NB[at] - YAW)
+    np.testing.assert_allclose(turned, [0.0, 80.0, 100.0, 170.0, 170.0], atol=1e-4)
+    np.testing.assert_allclose(reference.v_NB_N[[20, 200, 220]], 0.0, atol=1e-12)
+
+
+def test_recorded_path_without_yaw_keeps_that_of_the_leader() -> None:
+    """It may start in any direction, here to the right."""
+    reference = flown("{kind: path, times_s: [0, 3], points_m: [[0, 0, 1], [0, -3, 1]]}", 4.0)
+    np.testing.assert_allclose(reference.yaw_NB, YAW, atol=1e-12)
+    places = seen_from_start(reference)
+    np.testing.assert_allclose(places[[50, 80, 100]], [[0, -1.5, 0], [0, -3, 0], [0, -3, 0]], atol=1e-5)
+
+
+def test_phase_after_a_recorded_path_starts_from_its_end() -> None:
+    path = "{kind: path, times_s: [0, 3], points_m: [[0, 0, 1], [0, -3, 1]], yaws_deg: [0, 60]}"
+    config = paper_scenario(
+        "start.yaw_deg=30",
+        *(f"phases.1.motion={path}", "phases.2.motion={kind: straight, speed_m_s: 2, ramp_s: 1}"),
+    ).config
+    reference = LeaderTrajectory(config, 0).at(np.array([6, 8]) * 10**9)
+    np.testing.assert_allclose(reference.p_NB_N[0], [1.5, -1.5 * math.sqrt(3.0), 2.0], atol=1e-5)
+    np.testing.assert_allclose(reference.p_NB_N[1] - reference.p_NB_N[0], [0.0, 3.0, 0.0], atol=1e-5)

@@ -15,7 +15,9 @@ import pytest
 from ruamel.yaml import YAML
 
 from relform_core.errors import ConfigError
+from relform_core.explain import Origins
 from relform_core.load import load_scenario
+from relform_core.phase_files import read_phase_files
 from support.scenarios import CONFIG_FOLDER, PAPER
 
 SECTION_OF_FOLDER = {"vehicles": "vehicle", "sensors": "sensors", "controller": "controller"}
@@ -28,7 +30,10 @@ Path_ = tuple[str | int, ...]
 
 
 def read(path: Path) -> Any:
-    return YAML(typ="safe", pure=True).load(path.read_text())
+    """What a file holds, with the samples of paths in it."""
+    tree = YAML(typ="safe", pure=True).load(path.read_text())
+    read_phase_files(tree, path.parent, Origins(str(path)))
+    return tree
 
 
 def problems(file: Path, tree: Any, folder: Path) -> list[str]:
@@ -117,6 +122,7 @@ OPTIONAL = {
     "obstacles",
     "leg_height_m",
     "turns",
+    "yaws_deg",
 }
 """Keys that a file may leave out, with all keys below them."""
 

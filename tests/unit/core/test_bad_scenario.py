@@ -17,7 +17,7 @@ VEHICLE = CONFIG_FOLDER / "vehicles/hummingbird.yaml"
 SENSORS = CONFIG_FOLDER / "sensors/paper.yaml"
 CONTROLLER = CONFIG_FOLDER / "controller/retuned.yaml"
 EVENT = "start_s: 1, end_s: 2, target: leader"
-MOTIONS = "'hover', 'straight', 'turn', 'spiral', 'circle', 'figure_eight', 'waypoints'"
+MOTIONS = "'hover', 'straight', 'turn', 'spiral', 'circle', 'figure_eight', 'waypoints', 'path'"
 
 
 def problem_of(override: str) -> str:

@@ -13,7 +13,7 @@ from relform_core.load import load_scenario
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.script import command
 
-SCENARIOS = ("paper", "circle", "figure_eight", "waypoints")
+SCENARIOS = ("paper", "circle", "figure_eight", "waypoints", "tower")
 """By plain name; together they have every kind of motion."""
 
 
@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def picture(configs: Sequence[ScenarioConfig]) -> Figure:
     """The leader's path in each scenario from above, a dot each second and a colour for each phase."""
-    figure = Figure(figsize=(11.0, 3.6), layout="constrained")
+    figure = Figure(figsize=(13.0, 3.6), layout="constrained")
     for column, config in enumerate(configs, 1):
         _draw(figure.add_subplot(1, len(configs), column), config)
     return figure

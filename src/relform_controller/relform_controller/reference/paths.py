@@ -1,6 +1,7 @@
-"""The leader's paths that start and end at rest, as horizontal speed, climb and turn rate over time.
+"""The leader's paths that start and end at rest.
 
-Each function returns shape (3, time): [m/s], [m/s], [rad/s]. After the end of the path all three are zero.
+Each function returns the speed ahead [m/s], climb [m/s], turn rate [rad/s] and speed to the left [m/s], shape
+(4, time). After the end of the path all are zero.
 """
 
 import math
@@ -10,12 +11,14 @@ import numpy as np
 from relform_core.arrays import Array
 from relform_core.blend import smooth_step, smooth_step_integral
 from relform_core.paths_config import Circle, FigureEight, Waypoints
+from relform_core.recorded_path_config import RecordedPath
 
 
 def circle(motion: Circle, time: Array) -> Array:
     """A level circle at ``time`` [s] since its start."""
     speed = _speed(motion, time)
-    return np.stack([speed, np.zeros_like(time), speed / motion.radius])
+    zero = np.zeros_like(time)
+    return np.stack([speed, zero, speed / motion.radius, zero])
 
 
 def figure_eight(motion: FigureEight, time: Array) -> Array:
@@ -25,7 +28,8 @@ def figure_eight(motion: FigureEight, time: Array) -> Array:
     """
     speed = _speed(motion, time)
     angle = math.tau * _length(motion, time) / motion.once
-    return np.stack([speed, np.zeros_like(time), speed * np.sin(angle) / motion.radius])
+    zero = np.zeros_like(time)
+    return np.stack([speed, zero, speed * np.sin(angle) / motion.radius, zero])
 
 
 def waypoints(motion: Waypoints, time: Array) -> Array:
@@ -49,7 +53,16 @@ def waypoints(motion: Waypoints, time: Array) -> Array:
         slope = 6.0 * x[corner] * (1.0 - x[corner]) / motion.ramp
         v_x, v_y = velocity[:2, corner]
         turn_rate[corner] = (v_x * change[1] - v_y * change[0]) * slope / (v_x**2 + v_y**2)
-    return np.stack([np.hypot(velocity[0], velocity[1]), velocity[2], turn_rate])
+    return np.stack([np.hypot(velocity[0], velocity[1]), velocity[2], turn_rate, np.zeros_like(time)])
+
+
+def recorded(motion: RecordedPath, time: Array) -> Array:
+    """A path through samples at ``time`` [s] since its start; its yaw need not follow its heading."""
+    flown = np.minimum(time, motion.time)
+    yaw = motion.spline(flown)[:, 3]
+    v_x, v_y, climb, turn_rate = np.where(time < motion.time, motion.spline(flown, 1).T, 0.0)
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    return np.stack([cosine * v_x + sine * v_y, climb, turn_rate, cosine * v_y - sine * v_x])
 
 
 def _speed(motion: Circle | FigureEight, time: Array) -> Array:

@@ -11,11 +11,10 @@ from relform_controller.reference.trajectory import LeaderReference
 from relform_core.arrays import Array
 from relform_core.controller_config import LeaderMotionConfig
 from relform_core.errors import ConfigError
+from relform_core.spline_limits import broken_limit
 
 START_TOLERANCE = 0.3
 """A path begins at most this far from the leader's reference [m]."""
-_SAMPLES_PER_S = 100.0
-"""Number of points at which limits are checked, by time."""
 POINTS_MAX = 10_000
 
 
@@ -41,7 +40,8 @@ class TimedPath:
         self._places = CubicSpline([0.0, *rows[:, 0]], places, bc_type=ends)
         """x, y, z [m] and yaw [rad]."""
         self._rates = self._places.derivative()
-        self._check_limits(limits)
+        if (broken := broken_limit(self._places, limits)) is not None:
+            raise ConfigError(f"trajectory is too fast: {broken}")
 
     @property
     def duration(self) -> float:
@@ -53,21 +53,6 @@ class TimedPath:
         times = np.minimum(elapsed, self.duration)
         places, rates = self._places(times), self._rates(times)
         return LeaderReference(places[:, :3], rates[:, :3], places[:, 3])
-
-    def _check_limits(self, limits: LeaderMotionConfig) -> None:
-        times = np.linspace(0.0, self.duration, max(2, math.ceil(self.duration * _SAMPLES_PER_S)))
-        rates, accelerations = self._rates(times), self._rates.derivative()(times)
-        for what, unit, found, bound in (
-            ("speed", "m/s", np.linalg.norm(rates[:, :3], axis=1), limits.speed_max),
-            ("acceleration", "m/s^2", np.linalg.norm(accelerations[:, :3], axis=1), limits.acceleration_max),
-            ("turn rate", "deg/s", np.degrees(np.abs(rates[:, 3])), math.degrees(limits.turn_rate_max)),
-        ):
-            worst = int(np.argmax(found))
-            if found[worst] > bound * 1.001:
-                raise ConfigError(
-                    f"trajectory is too fast: {what} {found[worst]:.2f} {unit} after {times[worst]:.2f} s, "
-                    f"at most {bound:g} {unit} (controller.leader_motion)"
-                )
 
 
 def _check_rows(rows: Array, start: LeaderState) -> None:

@@ -1,8 +1,9 @@
 """The leader's reference: the phases of a scenario as a smooth path with position, velocity and yaw.
 
 Horizontal speed, climb and turn rate blend from one phase into the next, except that a turn has a turn rate
-of its own, from zero to zero, and that paths (circle, figure eight, waypoints) start and end at rest. The
-heading is the integral of the turn rate, the position that of the velocity, and the yaw follows the heading.
+of its own, from zero to zero, and that paths (circle, figure eight, waypoints, recorded ones) start and end
+at rest. The yaw is the integral of the turn rate, the position that of the velocity. The heading is the yaw,
+except that a recorded path may fly sideways too.
 """
 
 import math
@@ -10,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relform_controller.reference.paths import circle, figure_eight, waypoints
+from relform_controller.reference.paths import circle, figure_eight, recorded, waypoints
 from relform_core.arrays import Array, Integers
 from relform_core.blend import smooth_step
 from relform_core.paths_config import Circle, FigureEight, Waypoints
 from relform_core.phases_config import Hover, Motion, Spiral, Straight, Turn
+from relform_core.recorded_path_config import RecordedPath
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.units import NANOSECONDS_PER_SECOND
 
@@ -49,9 +51,10 @@ class LeaderTrajectory:
         n_instants = round(config.duration / config.controller.period) + 1 + n_extra
         step = config.controller.period / _SUBSTEPS
         time = np.linspace(0.0, (n_instants - 1) * config.controller.period, (n_instants - 1) * _SUBSTEPS + 1)
-        speed, climb, turn_rate = _profiles(config, time)
+        ahead, climb, turn_rate, left = _profiles(config, time)
         yaw_NB = config.start.yaw + _integral(turn_rate, step)
-        v_NB_N = np.stack([speed * np.cos(yaw_NB), speed * np.sin(yaw_NB), climb], axis=-1)
+        cosine, sine = np.cos(yaw_NB), np.sin(yaw_NB)
+        v_NB_N = np.stack([ahead * cosine - left * sine, ahead * sine + left * cosine, climb], axis=-1)
         p_NB_N = np.array(config.start.position) + _integral(v_NB_N, step)
         every = slice(None, None, _SUBSTEPS // _SAMPLES)
         self._samples = np.concatenate([p_NB_N[every], v_NB_N[every], yaw_NB[every, None]], axis=1)
@@ -81,26 +84,28 @@ class LeaderTrajectory:
         return float(self._samples[first : last + 1, 2].min())
 
 
-def _profiles(config: ScenarioConfig, time: Array) -> tuple[Array, Array, Array]:
-    """Horizontal speed [m/s], climb [m/s] and turn rate [rad/s] at ``time`` [s]."""
-    profiles = np.zeros((3, time.size))
+def _profiles(config: ScenarioConfig, time: Array) -> Array:
+    """Speed ahead [m/s], climb [m/s], turn rate [rad/s] and speed to the left [m/s] at ``time`` [s], shape
+    (4, time)."""
+    profiles = np.zeros((4, time.size))
     for phase, start, step in zip(config.phases, config.phase_start_times, config.phase_starts, strict=True):
         begin = step * _SUBSTEPS
         entry = profiles[:, begin]  # where the phase before ends
         profiles[:, begin:] = _phase_profile(phase.motion, time[begin:] - start, entry)
-    return profiles[0], profiles[1], profiles[2]
+    return profiles
 
 
 def _phase_profile(motion: Motion, time: Array, entry: Array) -> Array:
-    """Speed, climb and turn rate from the start of a phase on, shape (3, time)."""
+    """The profile from the start of a phase on, shape (4, time)."""
     match motion:
         case Hover():
-            return _blend(entry, np.zeros(3), time, motion.ramp)
+            return _blend(entry, np.zeros(4), time, motion.ramp)
         case Straight():
-            return _blend(entry, np.array([motion.speed, 0.0, 0.0]), time, motion.ramp)
+            return _blend(entry, np.array([motion.speed, 0.0, 0.0, 0.0]), time, motion.ramp)
         case Spiral():
             speed = math.sqrt(motion.speed**2 - motion.climb**2)
-            return _blend(entry, np.array([speed, motion.climb, speed / motion.radius]), time, motion.ramp)
+            target = np.array([speed, motion.climb, speed / motion.radius, 0.0])
+            return _blend(entry, target, time, motion.ramp)
         case Turn():
             x = np.clip(time / motion.turn, 0.0, 1.0)
             profile = np.repeat(entry[:, None], time.size, axis=1)
@@ -112,6 +117,8 @@ def _phase_profile(motion: Motion, time: Array, entry: Array) -> Array:
             return figure_eight(motion, time)
         case Waypoints():
             return waypoints(motion, time)
+        case RecordedPath():
+            return recorded(motion, time)
 
 
 def _blend(entry: Array, target: Array, time: Array, ramp: float) -> Array:

@@ -1,0 +1,1 @@
+"""Export of a path from a bag."""
