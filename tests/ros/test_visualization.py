@@ -1,5 +1,6 @@
 """What the node ``visualization`` publishes of a flight of real nodes, as tools of ROS read it."""
 
+import json
 import math
 import signal
 from collections.abc import Iterator
@@ -26,7 +27,11 @@ from support.nodes import Nodes
 from support.observer import Observer
 from support.scenarios import NOISE_FREE, paper_scenario
 
-LAYOUT = Path(__file__).parents[2] / "src/relform_bringup/rviz/relform.rviz"
+WORKSPACE = Path(__file__).parents[2]
+LAYOUT = WORKSPACE / "src/relform_bringup/rviz/relform.rviz"
+FOXGLOVE = WORKSPACE / "config/foxglove_layout.json"
+ONLY_IN_COPIES = "/pose"
+"""End of topics that only bags have that were copied for Foxglove."""
 NOT_CHOSEN = {"/tf", "/tf_static", "/parameter_events"}
 """Topics that a user of RViz does not choose."""
 TEAM = ("leader", "follower_1", "follower_2")
@@ -177,3 +182,10 @@ def test_the_layout_of_rviz_names_what_is_published(seen: Seen) -> None:
         d["Description Topic"]["Durability Policy"] for d in manager["Displays"] if "Description Topic" in d
     }
     assert latched == {"Transient Local"}
+
+
+def test_the_layout_of_foxglove_draws_a_running_flight(seen: Seen) -> None:
+    drawn = {"nav_msgs/msg/Path", "visualization_msgs/msg/MarkerArray"}
+    chosen = json.loads(FOXGLOVE.read_text())["configById"]["3D!team"]["topics"]
+    live = {topic for topic in chosen if not topic.endswith(ONLY_IN_COPIES)}
+    assert live == {topic for topic, name in seen.published.items() if name in drawn}
