@@ -108,12 +108,12 @@ def fly(tmp_path: Path) -> Iterator[Callable[..., Fly]]:
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Fly]:
-    """Short flights: three with one seed, one of them in one process; one without a recorder."""
+    """Short flights: three with one seed, one of them drawn, one in one process; one without a recorder."""
     folder = tmp_path_factory.mktemp("flown")
     flights = {}
     for name, arguments in (
         ("first", ("--seed", "3")),
-        ("second", ("--seed", "3")),
+        ("second", ("--seed", "3", "--visualize")),
         ("composed", ("--seed", "3", "--composed")),
         ("other", ("--seed", "4", "--no-record")),
     ):
@@ -156,8 +156,13 @@ def test_same_seed_gives_the_same_flight_bit_for_bit(flown: dict[str, Fly]) -> N
 
 
 def test_scenario_is_equal_with_ros_without_ros_and_replayed(fly: Callable[..., Fly]) -> None:
-    flight = fly("--seed", "5", overrides=())
+    """It does not need what draws it, which is killed."""
+    flight = fly("--seed", "5", "--visualize", overrides=())
+    drawing = "lib/relform_bringup/visualization"
+    wait_until(lambda: any(drawing in command for command in processes_naming(str(flight.folder)).values()))
+    os.kill(flight.node(drawing), signal.SIGKILL)
     assert flight.end() == 0, flight.err
+    assert "/visualization was killed by SIGKILL" in flight.out
     scenario = load_scenario(PAPER, seed=5)
     commands = read_flight_log(flight.folder).rotor_speeds
     assert commands.shape == (scenario.config.n_steps, 3, 4)
