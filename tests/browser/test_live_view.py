@@ -3,7 +3,6 @@
 import math
 import os
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -19,6 +18,7 @@ from relform_core.names import EVENTS, EventKind
 from relform_msgs.msg import FormationEvent
 from relform_ros.qos import LATCHED
 from support.observer import Observer
+from support.ports import free_port
 from support.processes import wait_until
 
 from .conftest import CHROMIUM
@@ -52,9 +52,7 @@ def flight(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory
 
 @pytest.fixture(scope="module")
 def address(environment: dict[str, str], flight: None) -> Iterator[str]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     with script(environment, "live", "--port", str(port)) as live:
         assert live.stdout is not None
         assert live.stdout.readline() == f"open http://localhost:{port} in a browser, Ctrl-C ends the view\n"

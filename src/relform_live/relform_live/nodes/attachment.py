@@ -14,7 +14,7 @@ from relform_core.errors import ConfigError, MessageError
 from relform_core.load import LoadedScenario, load_scenario
 from relform_core.names import CONTROLLER_NODE
 from relform_core.roster import Roster
-from relform_live.nodes.intake import Channel
+from relform_live.scene.channel import Channel
 from relform_ros.topics import topic_table
 
 NEWEST = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -1,13 +1,12 @@
 """The topics that a view reads, and where their messages go."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from relform_core.names import GROUND_TRUTH, vehicle_topic
 from relform_core.roster import Roster
 from relform_core.sensors.range_bearing import RANGE_BEARING
+from relform_live.scene.channel import Channel
 from relform_live.scene.flight_data import FlightData
 from relform_ros.events import event_from_msg
 from relform_ros.odometry import odometry_from_msg
@@ -17,16 +16,6 @@ from relform_ros.telemetry import reference_from_msg, solver_from_msg, state_fro
 SAMPLES_KEPT = 8
 """Poses that may wait for the next frame."""
 EVENTS_KEPT = 200
-
-
-@dataclass(frozen=True)
-class Channel:
-    """A topic of the view."""
-
-    take: Callable[[Any], None]
-    """Takes in a message; raises RejectionError if it cannot be used."""
-    kept: int = 1
-    """How many of the messages since the last frame are taken in: the newest."""
 
 
 def channels(data: FlightData) -> dict[str, Channel]:
@@ -45,7 +34,9 @@ def channels(data: FlightData) -> dict[str, Channel]:
         controller.state: Channel(lambda msg: data.take_state(state_from_msg(msg, vehicles))),
         controller.reference: Channel(lambda msg: data.take_reference(reference_from_msg(msg, vehicles))),
         controller.solver: Channel(lambda msg: data.take_solver(solver_from_msg(msg))),
-        controller.events: Channel(lambda msg: data.take_event(event_from_msg(msg, team)), EVENTS_KEPT),
+        controller.events: Channel(
+            lambda msg: data.take_event(event_from_msg(msg, team)), EVENTS_KEPT, keeps_all=True
+        ),
     }
     truths = {
         vehicle_topic(vehicle, GROUND_TRUTH): Channel(partial(take_truth, vehicle), SAMPLES_KEPT)

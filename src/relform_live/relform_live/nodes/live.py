@@ -1,6 +1,7 @@
 """The node ``live``: it shows the flight that runs in its ROS domain, as an observer outside the barrier."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import rclpy
@@ -8,6 +9,7 @@ import viser
 from rclpy.node import Node
 
 from relform_core.errors import ConfigError
+from relform_core.exit_codes import NodeExit
 from relform_core.load import LoadedScenario, load_scenario
 from relform_live.nodes.attachment import Reading, ScenarioQuestion, load_answer
 from relform_live.nodes.intake import channels
@@ -15,14 +17,13 @@ from relform_live.nodes.services import Services
 from relform_live.requests import Offer
 from relform_live.scene.flight_data import FlightData
 from relform_live.scene.shown_time import ShownTime
-from relform_live.scene.stage import Stage
 from relform_live.viewer.controls import Controls
+from relform_live.viewer.flight_page import FlightPage
 from relform_live.viewer.panel import Panel
-from relform_live.viewer.world import World
+from relform_live.viewer.rate import FRAME_S
 from relform_ros.run_node import run_node
 from relform_ros.spinner import Spinner, until
 
-FRAME_S = 1.0 / 15.0
 LOOK_S = 0.5
 """How often the view looks whether a flight has started."""
 NODE = "live"
@@ -39,47 +40,46 @@ class ShownFlight:
         scenario: LoadedScenario,
         services: Services,
     ) -> None:
-        config = scenario.config
-        self.data = FlightData(config)
-        self.stage = Stage(self.data)
+        self._data = FlightData(scenario.config)
         self._time = ShownTime()
-        self._panel = panel
-        self._server = server
-        self._reading = Reading(node, scenario, channels(self.data))
-        with server.atomic():
-            self._world = World(server, self.stage, config.obstacles, config.vehicle.arm_length)
-            self._world.shown = panel.shown
-            self.controls = Controls(server, config, services.submit)
-        services.team = config.team
+        self._reading = Reading(node, scenario, channels(self._data))
+        self._page = FlightPage(server, panel, self._data)
+        self.controls = Controls(server, scenario.config, services.submit)
+        services.team = scenario.config.team
 
     def frame(self) -> None:
         """Take in what has arrived, and draw."""
         self._reading.take_in()
         now = time.monotonic()
-        if (newest_ns := self.data.newest_ns) is not None:
+        if (newest_ns := self._data.newest_ns) is not None:
             self._time.arrived(newest_ns, now)
-        if (stamp_ns := self._time.at(now)) is None:
-            return
-        with self._server.atomic():
-            self._world.draw(self.stage.picture(stamp_ns))
-            self._panel.draw(self.data, self.stage, stamp_ns, self._time.rate)
+        if (stamp_ns := self._time.at(now)) is not None:
+            self._page.draw(stamp_ns, self._time.rate)
 
     def close(self) -> None:
         """Take the flight out of the view."""
         self._reading.close()
-        self._world.remove()
+        self._page.remove()
         self.controls.remove()
 
 
 class Live:
     """Shows one flight after the other."""
 
-    def __init__(self, node: Node, server: viser.ViserServer, config: Path | str | None) -> None:
+    def __init__(
+        self,
+        node: Node,
+        server: viser.ViserServer,
+        config: Path | str | None,
+        has_failed: Callable[[], bool],
+    ) -> None:
         """Wait for flights.
 
         Args:
             config: path or plain name of the scenario of all flights; None: the controller says it.
+            has_failed: whether there will be no flight; the view ends then.
         """
+        self._has_failed = has_failed
         self._node = node
         self._server = server
         self._given = None if config is None else load_scenario(config)
@@ -93,7 +93,7 @@ class Live:
 
     async def run(self) -> None:
         """Show flights until a signal arrives."""
-        while True:
+        while not self._has_failed():
             await until(self._is_frame_due, poll_s=0.01)
             self._next_frame = max(self._next_frame + FRAME_S, time.monotonic())
             self._look()
@@ -130,10 +130,13 @@ class Live:
         self._flight = ShownFlight(self._node, self._server, self._panel, scenario, self._services)
 
 
-def run_live(server: viser.ViserServer, config: Path | str | None) -> int:
-    """Show flights until a signal arrives; returns the exit code."""
+def run_live(
+    server: viser.ViserServer, config: Path | str | None, has_failed: Callable[[], bool] = lambda: False
+) -> int:
+    """Show flights until a signal arrives; returns the exit code. Arguments: see ``Live``."""
 
     def build(node: Node, spinner: Spinner) -> Live:
-        return Live(node, server, config)
+        return Live(node, server, config, has_failed)
 
-    return run_node(lambda: rclpy.create_node(NODE, enable_rosout=False), build, arguments=[])
+    code = run_node(lambda: rclpy.create_node(NODE, enable_rosout=False), build, arguments=[])
+    return 0 if code == NodeExit.INTERRUPTED else code  # nothing else ends a view

@@ -130,6 +130,15 @@ class FlightData:
             case FaultReported(description):
                 self.note(event.stamp_ns, f"{source}: {description}", Severity.ERROR)
 
+    def clear(self) -> None:
+        """Forget everything; another part of the flight follows."""
+        for track in (*self.truths.values(), *self.estimates.values(), self.leader_reference):
+            track.clear()
+        self.state = self.reference = self.solver = None
+        self.fallbacks = 0
+        self.sightings.clear()
+        self.log.clear()
+
     def note(self, stamp_ns: int, text: str, severity: Severity = Severity.NOTE) -> None:
         """Add a line to the log."""
         self.log.append(LogLine(stamp_ns, text, severity))

@@ -65,7 +65,7 @@ class Stage:
     def picture(self, stamp_ns: int) -> Picture:
         """The scene at an instant; the trails grow up to it, or begin again if it is earlier than before."""
         truth = _poses(self._data.truths, stamp_ns)
-        self._extend_trails(stamp_ns)
+        self.extend_trails(stamp_ns)
         links = None
         if truth is not None:
             place = dict(zip(self.vehicles, truth.p_NB_N, strict=True))
@@ -79,11 +79,16 @@ class Stage:
             links,
         )
 
-    def _extend_trails(self, stamp_ns: int) -> None:
+    def clear(self) -> None:
+        """Begin the trails again."""
+        for trail in self.trails.values():
+            trail.clear()
+        self._shown_ns = -1
+
+    def extend_trails(self, stamp_ns: int) -> None:
+        """Let the trails grow up to an instant, or begin again if it is earlier than before."""
         if stamp_ns < self._shown_ns:
-            for trail in self.trails.values():
-                trail.clear()
-            self._shown_ns = -1
+            self.clear()
         for vehicle, track in self._data.truths.items():
             for pose in track.between(self._shown_ns, stamp_ns):
                 self.trails[vehicle].add(pose.stamp_ns, pose.p_NB_N)

@@ -50,6 +50,10 @@ class Track:
     def __bool__(self) -> bool:
         return bool(self._poses)
 
+    def clear(self) -> None:
+        """Forget all poses."""
+        self._poses.clear()
+
     @property
     def newest(self) -> Pose:
         """The pose with the newest stamp; there must be one."""

@@ -6,7 +6,7 @@ from viser import uplot
 
 from relform_live.scene import readout
 from relform_live.scene.flight_data import FlightData
-from relform_live.scene.history import History
+from relform_live.scene.history import LENGTH_S, History
 from relform_live.scene.stage import Stage
 from relform_live.viewer.layout import Place
 from relform_live.viewer.world import Shown
@@ -14,6 +14,7 @@ from relform_live.viewer.world import Shown
 EVERY = 4
 """Frames between two updates of the numbers and the plot."""
 
+NO_POINTS = uplot.Series_Points(show=False)
 SWITCHES = {
     "truth": "vehicles (simulated)",
     "estimate": "estimates (ghosts)",
@@ -37,12 +38,12 @@ class Panel:
         self._plot = gui.add_uplot(
             data=self.history.columns,
             series=(
-                uplot.Series(label="time (s)"),
-                uplot.Series(label="formation (m)", stroke="#56b4e9", width=1.5),
-                uplot.Series(label="leader (m)", stroke="#e69f00", width=1.5),
+                uplot.Series(label="s before now"),
+                uplot.Series(label="formation (m)", stroke="#56b4e9", width=1.5, points=NO_POINTS),
+                uplot.Series(label="leader (m)", stroke="#e69f00", width=1.5, points=NO_POINTS),
             ),
-            scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(auto=True)},
-            title="true errors",
+            scales={"x": uplot.Scale(time=False, range=(-LENGTH_S, 0.0)), "y": uplot.Scale(auto=True)},
+            title="true errors over the last seconds",
             height=150,
             order=Place.PLOT,
         )
