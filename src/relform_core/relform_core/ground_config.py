@@ -10,8 +10,8 @@ from pydantic import Field
 from relform_core.schema import NonNegative, Positive, Schema, Vector3
 
 DRIFT_MAX = 0.15
-"""How far a vehicle may drift sideways during take-off or landing [m]: on optic flow, 95% stay within this
-for 5 s. It does not depend on the size of the vehicle."""
+"""How far a vehicle may drift sideways while it flies on its own sensors [m]: in hovers of 20 s, 95% of the
+followers stay within this, and of the leaders within half of it, whatever the size of the vehicle."""
 CLIMB_MIN = 0.3
 """How far a vehicle takes off at least, above its height at rest and the least range of the sonar [m]."""
 

@@ -18,9 +18,9 @@ from relform_sim.own_motion import OwnMotion
 from relform_sim.pilot import Readings
 from relform_sim.tilt_control import TiltControl
 
-POSITION_GAINS = np.array([0.8, 0.8, 4.0])
+POSITION_GAINS = np.array([1.2, 1.2, 4.0])
 """Acceleration per error of the position [1/s^2]."""
-VELOCITY_GAINS = np.array([1.6, 1.6, 4.0])
+VELOCITY_GAINS = np.array([2.0, 2.0, 4.0])
 """Acceleration per error of the velocity [1/s]."""
 REFERENCE_ACCELERATION = 1.5
 """Highest acceleration of the reference [m/s^2]."""
@@ -28,7 +28,7 @@ HORIZONTAL_ACCELERATION_MAX = 3.0
 """Bound on the horizontal acceleration [m/s^2], a tilt of 17 deg."""
 APPROACH_GAIN = 1.5
 """Vertical speed of the reference per distance from its aim [1/s]: the smooth end of climb and descent."""
-PUSH_TIME = 0.5
+PUSH_TIME = 0.2
 """Time constant with which a push is found [s]."""
 YAW_ERROR_MAX = 0.05
 """Bound on the error of the yaw that the rotors correct [rad]: their yaw torque is small."""
@@ -39,12 +39,18 @@ UP_TOLERANCE = 0.1
 """Distance from the height of take-off at which it is reached [m]."""
 TOUCHDOWN_SPEED = 0.2
 """Vertical speed of the reference near and below the ground, downwards [m/s]."""
-SUPPORT_MIN = 1.0
+SETTLING = 1.5
+"""Least acceleration downwards, once the reference is at the ground [m/s^2]: less thrust than weight."""
+SUPPORT_MIN = 0.75
 """A vehicle near the ground that feels this much beside thrust and push is carried by the ground [m/s^2],"""
 DOWN_TIME = 0.25
 """if it does for this time [s]."""
 HOVER_HEIGHT_MIN = 0.4
 """Height above that at rest to which a vehicle climbs that is told to hover near the ground [m]."""
+
+_SINKING = frozenset({VehicleMode.LANDING, VehicleMode.FAILSAFE})
+_WITH_LANDMARKS = frozenset({VehicleMode.TAKING_OFF, VehicleMode.HOVERING, VehicleMode.LANDING})
+"""Modes that a team enters and leaves together; FAILSAFE may be that of one vehicle alone."""
 
 
 class Autopilot:
@@ -60,7 +66,7 @@ class Autopilot:
         self._period = period
         self._ground = ground
         self._height = height
-        self._motion = OwnMotion(period)
+        self._motion = OwnMotion(period, config.leg_height)
         self._tilt_control = TiltControl(config, period)
         self._readings: Readings | None = None
         self._push = np.zeros(3)
@@ -80,22 +86,21 @@ class Autopilot:
             self._mode = None
         rest = self._vehicle.leg_height
         if mode in (VehicleMode.IDLE, VehicleMode.ARMED):
-            self._motion.rest(readings, rest)
+            self._motion.rest(readings)
             self._push = np.zeros(3)
             self.is_up = self.is_down = False
             return
-        is_low = self._motion.p_N[2] < rest + CLEAR_OF_GROUND
-        sinks = mode in (VehicleMode.LANDING, VehicleMode.FAILSAFE)
-        # An impact is over before the accelerometer is read again.
-        self._motion.move(readings, is_agile=mode is VehicleMode.FLYING or (is_low and sinks))
+        self._motion.move(
+            readings, is_agile=mode is VehicleMode.FLYING, has_landmarks=mode in _WITH_LANDMARKS
+        )
         height = float(self._motion.p_N[2])
         self.is_up = mode is VehicleMode.TAKING_OFF and abs(height - self._height) < UP_TOLERANCE
+        is_low = readings.sonar.range < max(readings.sonar.range_min, rest + CLEAR_OF_GROUND)
         felt = self._felt(readings, applied)
         if not is_low:
             self._push += self._period / (PUSH_TIME + self._period) * (felt - self._push)
         support = float(felt[2] - self._push[2])
-        stands = sinks and is_low and readings.sonar.range < rest + 3.0 * CLEAR_OF_GROUND
-        stands = stands and support > SUPPORT_MIN
+        stands = mode in _SINKING and is_low and support > SUPPORT_MIN
         self._time_down = self._time_down + self._period if stands else 0.0
         self.is_down = self._time_down >= DOWN_TIME
 
@@ -112,6 +117,8 @@ class Autopilot:
         acceleration = self._move_reference(mode)
         acceleration += POSITION_GAINS * (self._p_ref - self._motion.p_N)
         acceleration += VELOCITY_GAINS * (self._v_ref - self._motion.v_N)
+        if mode in _SINKING and self._p_ref[2] <= self._vehicle.leg_height:
+            acceleration[2] = min(acceleration[2], -SETTLING)
         acceleration -= self._push
         sideways = math.hypot(acceleration[0], acceleration[1])
         if sideways > HORIZONTAL_ACCELERATION_MAX:
@@ -143,7 +150,7 @@ class Autopilot:
     def _aimed_climb(self, mode: VehicleMode) -> float:
         """Vertical speed to which the reference accelerates [m/s]."""
         height = float(self._p_ref[2])
-        if mode in (VehicleMode.LANDING, VehicleMode.FAILSAFE):
+        if mode in _SINKING:
             speed = self._ground.descent_speed if mode is VehicleMode.LANDING else self.failsafe_speed
             return -max(_approach(height - self._vehicle.leg_height, speed), min(speed, TOUCHDOWN_SPEED))
         aim = self._height if mode is VehicleMode.TAKING_OFF else self._hover_height

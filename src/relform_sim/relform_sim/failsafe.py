@@ -41,7 +41,7 @@ class Failsafe:
     def rotor_speeds(self, mode: VehicleMode) -> Array:
         """See ``Pilot``; FAILSAFE sinks, any other mode hovers."""
         assert self._readings is not None
-        imu, optic_flow, sonar = self._readings
+        imu, optic_flow, sonar = self._readings.imu, self._readings.optic_flow, self._readings.sonar
         if mode is not VehicleMode.FAILSAFE:
             return self.hover(imu, optic_flow)
         self.is_down = sonar.range <= sonar.range_min

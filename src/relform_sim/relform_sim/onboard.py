@@ -161,7 +161,7 @@ class Onboard:
         request = None
         if newest is not None and not is_silent and (has_plan or not wants_to_fly):
             request = newest.request
-        if self._inbox.asks_to_stop:
+        if self._inbox.asks_to_stop and self.mode is not VehicleMode.STOPPED:
             request = Request.STOP
         is_so = {
             Happening.UP: self._pilot.is_up,

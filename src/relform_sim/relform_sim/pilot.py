@@ -1,11 +1,13 @@
 """What flies a vehicle on its own sensors."""
 
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 from relform_core.arrays import Array
 from relform_core.flight_modes import VehicleMode
 from relform_core.sensors.imu import Imu
 from relform_core.sensors.optic_flow import OpticFlow
+from relform_core.sensors.range_bearing import RangeBearing
 from relform_core.sensors.sonar import Sonar
 
 
@@ -15,6 +17,10 @@ class Readings(NamedTuple):
     imu: Imu
     optic_flow: OpticFlow
     sonar: Sonar
+    sights: Mapping[str, RangeBearing] = {}
+    """Of neighbours that may serve as landmarks, by name."""
+    place_N: Array | None = None
+    """Position by the localization [m], shape (3,); None: it was not measured, or the vehicle has none."""
 
 
 class Pilot(Protocol):

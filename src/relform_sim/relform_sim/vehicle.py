@@ -24,7 +24,9 @@ from relform_core.sensors.applied_rotor_speeds import (
 )
 from relform_core.sensors.flight_status import FLIGHT_STATUS, FlightStatus
 from relform_core.sensors.imu import IMU
+from relform_core.sensors.localization import LOCALIZATION
 from relform_core.sensors.optic_flow import OPTIC_FLOW
+from relform_core.sensors.range_bearing import RANGE_BEARING
 from relform_core.sensors.sonar import SONAR
 from relform_core.units import NANOSECONDS_PER_SECOND, seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
@@ -157,15 +159,12 @@ class Vehicle:
     def _fly_interval(self, step: int, command: RotorCommand | None) -> None:
         """Fly [t_step, t_{step + 1}]; events act on whole intervals, as they are at the start."""
         stamp_ns = self._stamp_ns(step)
-        imu, optic_flow = self._readings.newest(IMU), self._readings.newest(OPTIC_FLOW)
-        sonar = self._readings.newest(SONAR)
-        if imu is None or optic_flow is None or sonar is None or imu.stamp_ns != stamp_ns:
-            raise FlightError(f"{self._name}: step {step} was not measured before step {step + 1}")
+        readings = self._own_readings(step)
         time = stamp_ns / NANOSECONDS_PER_SECOND
         if command is not None:
             self.receive(command, stamp_ns)
         arrived = self._link.down.deliver(stamp_ns)
-        speeds = self._onboard.rotor_speeds(stamp_ns, arrived, Readings(imu, optic_flow, sonar))
+        speeds = self._onboard.rotor_speeds(stamp_ns, arrived, readings)
         flown: list[tuple[float, Array]] = []
         """Rotor speeds [rad/s], and how long each were commanded [s]."""
         begin_ns = stamp_ns
@@ -184,6 +183,18 @@ class Vehicle:
         thrust_scale = math.prod(event.scale for event in self._thrust_scales if event.active(time))
         for duration, speeds in flown:
             self._plant.advance(tuple(speeds.tolist()), duration, wind_N=wind_N, thrust_scale=thrust_scale)
+
+    def _own_readings(self, step: int) -> Readings:
+        imu, optic_flow = self._readings.newest(IMU), self._readings.newest(OPTIC_FLOW)
+        sonar, localization = self._readings.newest(SONAR), self._readings.newest(LOCALIZATION)
+        if imu is None or optic_flow is None or sonar is None or imu.stamp_ns != self._stamp_ns(step):
+            raise FlightError(f"{self._name}: step {step} was not measured before step {step + 1}")
+        place_N = None if localization is None else localization.p_NB_N
+        seen = self._readings.newest(RANGE_BEARING)
+        sights = {} if seen is None else seen.by_target
+        before = self._vehicles[: self._vehicles.index(self._name)]
+        landmarks = {name: sights[name] for name in before if name in sights}
+        return Readings(imu, optic_flow, sonar, landmarks, place_N)
 
     def _check_instant(self, step: int, ground_truth: Mapping[str, Odometry]) -> None:
         if step != self._step:

@@ -11,7 +11,7 @@ from relform_core.explain import Origins, explain
 from relform_core.load import load_scenario
 from relform_core.schema import Schema
 from relform_core.sensors import registry
-from support.scenarios import CONFIG_FOLDER, PAPER
+from support.scenarios import CONFIG_FOLDER, FROM_GROUND, PAPER
 
 VEHICLE = CONFIG_FOLDER / "vehicles/hummingbird.yaml"
 SENSORS = CONFIG_FOLDER / "sensors/paper.yaml"
@@ -243,6 +243,27 @@ def test_bad_value_of_set_is_reported_for_set(override: str, problem: str) -> No
 )
 def test_set_of_an_unknown_key(override: str, problem: str) -> None:
     assert problem_of(override) == f"--set {override}: {problem}"
+
+
+@pytest.mark.parametrize(
+    ("override", "problem"),
+    [
+        (
+            "start.position_m=[0, 0, 0.9]",
+            "start: 'follower_1' takes off to 0.400 m above ground, at least 0.500 m are needed",
+        ),
+        (
+            "formations_m.initial.follower_2=[-1.0, 0.2, 0.5]",
+            "start: 'follower_1' and 'follower_2' take off 0.700 m apart, seen from above; at least 0.800 m "
+            "are needed: the collision distance, and 0.15 m of drift each",
+        ),
+    ],
+)
+def test_impossible_take_offs(override: str, problem: str) -> None:
+    load_scenario(PAPER, [override])  # possible without
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(PAPER, [FROM_GROUND, override])
+    assert str(caught.value).endswith(problem)
 
 
 def test_formation_may_have_the_name_of_a_motion() -> None:

@@ -9,7 +9,7 @@ from relform_core.errors import ConfigError, FlightError
 from relform_core.scenario_config import ScenarioConfig
 from relform_sim.start import CLEARANCE, start_poses
 from relform_sim.vehicle import Vehicle
-from support.scenarios import paper_scenario, team_of
+from support.scenarios import FROM_GROUND, paper_scenario, team_of
 
 TURNED = ("start.position_m=[3.0, -1.0, 2.0]", "start.yaw_deg=90.0")
 DRAWN = ("start.follower_yaw_max_deg=120.0", "start.follower_offset_max_m=0.3")
@@ -82,3 +82,20 @@ def test_a_start_without_a_free_place_is_refused() -> None:
 def test_an_offset_to_the_ground_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"start\.position_m puts a vehicle at -0\.100 m above ground"):
         paper_scenario("start.follower_offset_max_m=1.6")
+
+
+def test_with_ground_all_start_below_their_places_and_take_off_to_their_heights() -> None:
+    config = config_with(FROM_GROUND)
+    poses = start_poses(config, seed=4)
+    np.testing.assert_allclose(poses["leader"].p_NB_N, [3.0, -1.0, 0.1])
+    np.testing.assert_allclose(poses["follower_1"].p_NB_N, [3.5, -2.0, 0.1])
+    assert [place[2] for place in config.start_places.values()] == [2.0, 1.5, 1.5]
+    assert {pose.yaw for pose in poses.values()} == {math.pi / 2}
+
+
+def test_with_ground_drawn_places_are_far_enough_apart_to_take_off() -> None:
+    config = config_with(FROM_GROUND, "start.follower_offset_max_m=0.9", *team_of(5))
+    for seed in range(20):
+        points = [pose.p_NB_N for pose in start_poses(config, seed).values()]
+        assert {z for _, _, z in points} == {config.vehicle.leg_height}
+        assert min(math.dist(a, b) for k, a in enumerate(points) for b in points[:k]) >= 0.8
