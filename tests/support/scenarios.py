@@ -28,9 +28,7 @@ WITH_BAROMETER = (
 )
 """Override: every vehicle carries the optional barometer."""
 
-FROM_GROUND = (
-    "ground={climb_speed_m_s: 0.8, descent_speed_m_s: 0.5, take_off_interval_s: 1.0, landing: together}"
-)
+FROM_GROUND = "ground={climb_speed_m_s: 0.8, descent_speed_m_s: 0.5, interval_s: 1.0, landing: together}"
 """Override: the team starts and ends on the ground."""
 
 

@@ -1,5 +1,6 @@
 """The command ``fly``: fly a scenario with real nodes, then write summary, report and figure."""
 
+import argparse
 import sys
 from collections.abc import Sequence
 from datetime import datetime
@@ -17,7 +18,7 @@ from relform_bringup.scenario_list import ListScenarios
 from relform_core.errors import RelformError
 from relform_core.exit_codes import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED
 from relform_core.installed import software_versions
-from relform_core.load import load_scenario
+from relform_core.load import LoadedScenario, load_scenario
 from relform_core.ros_domain import claimed_domain
 from relform_core.run_folder import RunFolder
 from relform_core.script import CommandParser, command, print_error
@@ -32,6 +33,8 @@ EPILOG = """\
 Exit codes: 0 flown to the end, 1 a node failed, died or fell silent, 2 the flight cannot start: wrong usage,
 scenario, output folder, installation or ROS domain, 3 a vehicle reported a fault, 130 interrupted."""
 WIDTH_OF_FILES = 160
+IDLE_TIME_S = 7200
+"""Length of a flight that waits for requests; the user ends it before."""
 
 
 @command
@@ -40,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES)
     with interruption_noted() as interruption:
-        scenario = load_scenario(options.scenario, [*options.real_time, *options.overrides], options.seed)
+        scenario = _scenario(options)
         check_installation(options.record, options.composed, options.visualize)
         with claimed_domain() as domain_id:
             folder = create_run_folder(scenario, options.out, datetime.now())
@@ -86,6 +89,20 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
     console.print(f"{folder.path}: {', '.join(folder.present())}", soft_wrap=True, highlight=False)
 
 
+def _scenario(options: argparse.Namespace) -> LoadedScenario:
+    """What is to be flown; a team that waits for people flies on the wall clock."""
+    pacing = ["pacing=real_time"] if options.real_time or options.idle else []
+    overrides = [*pacing, *options.overrides]
+    scenario = load_scenario(options.scenario, overrides, options.seed)
+    if not options.idle:
+        return scenario
+    if scenario.config.ground is None:
+        overrides += [f"ground={{waits: true, time_s: {IDLE_TIME_S}}}"]
+    else:
+        overrides += ["ground.waits=true", f"ground.time_s={IDLE_TIME_S}"]
+    return load_scenario(options.scenario, overrides, options.seed)
+
+
 def _parser() -> CommandParser:
     parser = CommandParser(
         prog="fly",
@@ -112,12 +129,15 @@ def _parser() -> CommandParser:
         metavar="KEY=VALUE",
         help="change a key of the scenario, as in controller.horizon_steps=10; may be repeated",
     )
+    parser.add_argument(
+        "--idle",
+        action="store_true",
+        help="fly on the wall clock, from the ground, by requests: take_off, go_to, land ...; Ctrl-C ends it",
+    )
     parser.add_argument("--no-record", action="store_false", dest="record", help="fly without a recorder")
     parser.add_argument(
         "--real-time",
-        action="store_const",
-        const=["pacing=real_time"],
-        default=[],
+        action="store_true",
         help="fly on the wall clock, as --set pacing=real_time (default: in lock-step, as fast as it can)",
     )
     parser.add_argument(

@@ -9,6 +9,7 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 
+from relform_core.flight_modes import TeamMode
 from relform_core.phases_config import PhaseConfig
 from relform_core.scenario_config import ScenarioConfig
 
@@ -41,6 +42,9 @@ class FlightProgress(Protocol):
 
     def waiting_for(self) -> str:
         """What the controller waits for before its first command; empty: it does not wait."""
+
+    def team_mode(self) -> TeamMode | None:
+        """What the team does between ground and air; None: it starts airborne, or nothing was seen."""
 
 
 class FlightDisplay:
@@ -77,7 +81,8 @@ class FlightDisplay:
         if time.monotonic() - self._refreshed < self._refresh_s:
             return
         self._refreshed = time.monotonic()
-        phase = _shown(self._config.phase_at(flight.step))
+        mode = flight.team_mode()
+        phase = _shown(self._config.phase_at(flight.step)) if self._config.ground is None else str(mode or "")
         times = f"{flight.flown:5.2f} / {self._duration:.1f} s"
         error = flight.formation_error()
         facts = [f"formation error {error:.3f} m"] if error is not None else []

@@ -23,6 +23,7 @@ from relform_bringup.message_store import MessageStore
 from relform_bringup.supervisor import Child, Supervisor, find_setpriv
 from relform_core.errors import BagError, FlightError
 from relform_core.exit_codes import NodeExit
+from relform_core.flight_modes import TeamMode
 from relform_core.installed import executable
 from relform_core.load import LoadedScenario
 from relform_core.names import (
@@ -143,7 +144,8 @@ class Flight:
                         display.message(child.epitaph())
                     self._beside.stop()
         except InterruptionError as error:
-            outcome, reason = Outcome.INTERRUPTED, str(error)
+            if not self._is_back_on_ground():
+                outcome, reason = Outcome.INTERRUPTED, str(error)
         except FlightError as error:
             outcome, reason = Outcome.FAILED, str(error)
         if self._recorder is not None and (self._recorder.exit_code() or 0) < 0:
@@ -155,6 +157,12 @@ class Flight:
         if outcome is Outcome.FAILED and log.faults:
             outcome = Outcome.FAULT
         return FlownFlight(log, Ending(outcome, reason, monitor.wall_time, monitor.flown))
+
+    def _is_back_on_ground(self) -> bool:
+        """Whether the user may end the flight now: it waits for requests, and no vehicle is in the air."""
+        ground, monitor = self._scenario.config.ground, self._monitor
+        waits = ground is not None and ground.waits
+        return waits and monitor is not None and monitor.team_mode() is TeamMode.IDLE
 
     def _start(self) -> None:
         os.environ.update(

@@ -12,7 +12,13 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from relform_controller.formation_controller import FormationController
-from relform_controller.ground_plan import LandingPlan, TakeOffPlan, heights, landing_problem
+from relform_controller.ground_plan import (
+    APPROACH_HEIGHT,
+    LandingPlan,
+    TakeOffPlan,
+    heights,
+    landing_problem,
+)
 from relform_controller.reference.online_mission import OnlineMission
 from relform_controller.reference.timed_path import rows_of
 from relform_core.blend import Blend
@@ -62,13 +68,14 @@ class FlightDirector:
         """Why the mode is what it is, unless somebody asked for it."""
         self.refused = ""
         """Why the newest request was refused, for the status; empty: it was not."""
-        self._now_ns = self._began_ns = 0
-        """The present step, and the one in which the mode began."""
+        self._now_ns = self._began_ns = self._landing_ns = 0
+        """The present step, and those in which the mode and the landing of the vehicles began."""
         self._status: dict[str, FlightStatus] = {}
         """The newest of each vehicle."""
         self._weights: WeightsConfig | None = None
         self._take_off = TakeOffPlan(config)
-        self._landing = LandingPlan(dict.fromkeys(config.team.vehicles, 0.0), one_by_one=False)
+        self._landing: LandingPlan | None = None
+        """None: the team flies in formation, also while it descends to land."""
         self._decision: Decision | None = None
         """Of the newest step; None: it had none."""
         self._script = [TeamRequest.TAKE_OFF, TeamRequest.START, TeamRequest.LAND]
@@ -160,7 +167,7 @@ class FlightDirector:
             outcome = self._outcome(measurements, sqp_steps)
         except FlightError as error:  # the controller cannot start
             self._land_at_once(TeamMode.FAILSAFE, str(error))
-            outcome = self._standby_to_land()
+            outcome = self._land_vehicles()
         self._decision = outcome if isinstance(outcome, Decision) else None
         return outcome
 
@@ -173,31 +180,38 @@ class FlightDirector:
         match self.mode:
             case TeamMode.IDLE:
                 return self._standby(self._all(Request.REST), "take_off: the team is on the ground")
-            case TeamMode.TAKING_OFF if not self._is_up:
-                elapsed = (self._now_ns - self._began_ns) / NANOSECONDS_PER_SECOND
-                return self._standby(self._take_off.requests(elapsed), "the vehicles to take off")
-            case TeamMode.TAKING_OFF | TeamMode.HOVERING | TeamMode.FLYING:
-                return self._fly(measurements, sqp_steps)
-            case TeamMode.LANDING | TeamMode.FAILSAFE:
-                return self._standby_to_land()
             case TeamMode.STOPPED:
                 return self._standby(self._all(Request.STOP), f"nothing: the team is stopped, {self.reason}")
+            case TeamMode.TAKING_OFF if not self._is_up:
+                requests = self._take_off.requests(self._since(self._began_ns))
+                return self._standby(requests, "the vehicles to take off")
+        return self._fly(measurements, sqp_steps) if self._landing is None else self._land_vehicles()
 
     def _fly(self, measurements: TeamMeasurements, sqp_steps: int | None) -> Decision | Standby:
         outcome = self._controller.feedback(measurements, sqp_steps)
         if isinstance(outcome, Standby):  # the vehicles hover while the estimator starts
             return self._standby(self._all(Request.HOVER), outcome.reason)
         is_resting = self._mission.is_resting and not outcome.holds_for
-        if is_resting and self.mode is not TeamMode.HOVERING:
+        if self.mode is TeamMode.LANDING and is_resting:
+            above = heights(outcome.state, self._config.team.leader)
+            self._begin_landing(above, self._ground.interval if self._ground.landing == "one_by_one" else 0.0)
+        elif is_resting and self.mode is not TeamMode.HOVERING:
             self._enter(TeamMode.HOVERING)
-        if not is_resting and self.mode is TeamMode.HOVERING:
+        elif not is_resting and self.mode is TeamMode.HOVERING:
             self._enter(TeamMode.FLYING)
         return outcome
 
-    def _standby_to_land(self) -> Standby:
+    def _begin_landing(self, above: Mapping[str, float], interval: float) -> None:
+        """From the next step on each vehicle lands on its own sensors."""
+        self._landing = LandingPlan(above, interval)
+        self._landing_ns = self._now_ns
+
+    def _land_vehicles(self) -> Standby:
+        assert self._landing is not None
+        requests = self._landing.requests(self._since(self._landing_ns))
         modes = self.vehicle_modes
-        requests = self._landing.requests(modes)
         if all(mode in _ON_THE_GROUND for mode in modes.values()):
+            self._landing = None
             stopped = [name for name, mode in modes.items() if mode is VehicleMode.STOPPED]
             if stopped:
                 self._enter(TeamMode.STOPPED, f"{stopped[0]} is stopped: {self._status[stopped[0]].reason}")
@@ -205,6 +219,10 @@ class FlightDirector:
                 self._enter(TeamMode.IDLE, self.reason)
                 self._prepare_flight()
         return self._standby(requests, "the vehicles to land")
+
+    def _since(self, begin_ns: int) -> float:
+        """Time from an instant to the present step [s]."""
+        return (self._now_ns - begin_ns) / NANOSECONDS_PER_SECOND
 
     @property
     def _is_up(self) -> bool:
@@ -219,8 +237,8 @@ class FlightDirector:
                 return f"{name} is in {status.mode.name.lower()}: {status.reason}"
             if self._now_ns - status.stamp_ns > seconds_to_ns(SILENCE_MAX_S):
                 return f"nothing was heard from {name} for {SILENCE_MAX_S:g} s"
-        took_s = (self._now_ns - self._began_ns) / NANOSECONDS_PER_SECOND
-        if self.mode is TeamMode.TAKING_OFF and not self._is_up and took_s > self._take_off.time_max:
+        is_late = self._since(self._began_ns) > self._take_off.time_max
+        if self.mode is TeamMode.TAKING_OFF and not self._is_up and is_late:
             absent = [name for name in self._config.team.vehicles if self.vehicle_modes.get(name) not in _UP]
             return f"{absent[0]} has not taken off within {self._take_off.time_max:.1f} s"
         return None
@@ -237,12 +255,11 @@ class FlightDirector:
             raise ConfigError("land is refused: the controller does not fly the team yet")
         if problem := landing_problem(self._config, decision.state):
             raise ConfigError(f"land is refused: {problem}")
-        above = heights(decision.state, self._config.team.leader)
-        self._landing = LandingPlan(above, self._ground.landing == "one_by_one")
+        self._mission.descend(APPROACH_HEIGHT)
         self._enter(TeamMode.LANDING)
 
     def _land_at_once(self, mode: TeamMode, reason: str = "") -> None:
-        self._landing = LandingPlan(dict.fromkeys(self._config.team.vehicles, 0.0), one_by_one=False)
+        self._begin_landing(dict.fromkeys(self._config.team.vehicles, 0.0), interval=0.0)
         self._enter(mode, reason)
 
     def _enter(self, mode: TeamMode, reason: str = "") -> None:

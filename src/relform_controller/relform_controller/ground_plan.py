@@ -4,12 +4,13 @@ import itertools
 import math
 from collections.abc import Mapping
 
-from relform_core.flight_modes import Request, VehicleMode
+from relform_core.flight_modes import Request
+from relform_core.ground_config import column_spacing
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.telemetry import TeamState
 
-LANDING_CLEARANCE = 1.5
-"""Vehicles land only if any two are at least this many collision distances apart, seen from above."""
+APPROACH_HEIGHT = 0.6
+"""Height of the lowest vehicle at which a team has descended in formation, and each vehicle lands [m]."""
 SETTLING_S = 5.0
 """How much longer than planned the take-off of a team may take [s]."""
 
@@ -22,7 +23,7 @@ class TakeOffPlan:
         first = config.formations[config.phases[0].formation]
         up = {config.team.leader: 0.0} | {name: place[2] for name, place in first.items()}
         order = sorted(config.team.vehicles, key=lambda name: -up[name])
-        self._starts = {name: turn * config.ground.take_off_interval for turn, name in enumerate(order)}
+        self._starts = {name: turn * config.ground.interval for turn, name in enumerate(order)}
         """Time at which a vehicle leaves the ground [s]."""
         climb = (config.start.position[2] + max(up.values())) / config.ground.climb_speed
         self.time_max = max(self._starts.values()) + climb + SETTLING_S
@@ -41,18 +42,19 @@ class LandingPlan:
 
     Args:
         heights: of the vehicles above any level, by name [m].
-        one_by_one: whether they land one after the other.
+        interval: time between two vehicles [s]; 0: together.
     """
 
-    def __init__(self, heights: Mapping[str, float], one_by_one: bool) -> None:
-        self._order = sorted(heights, key=heights.__getitem__)
-        self._one_by_one = one_by_one
+    def __init__(self, heights: Mapping[str, float], interval: float = 0.0) -> None:
+        order = sorted(heights, key=heights.__getitem__)
+        self._starts = {name: turn * interval for turn, name in enumerate(order)}
+        """Time at which a vehicle begins to sink [s]."""
 
-    def requests(self, modes: Mapping[str, VehicleMode]) -> dict[str, Request]:
-        """What to ask of each vehicle now, given what they do."""
-        in_the_air = [name for name in self._order if modes[name] is not VehicleMode.IDLE]
-        waiting = in_the_air[1:] if self._one_by_one else []
-        return {name: Request.HOVER if name in waiting else Request.LAND for name in self._order}
+    def requests(self, elapsed: float) -> dict[str, Request]:
+        """What to ask of each vehicle at a time since the begin [s]."""
+        return {
+            name: Request.LAND if elapsed >= start else Request.HOVER for name, start in self._starts.items()
+        }
 
 
 def heights(state: TeamState, leader: str) -> dict[str, float]:
@@ -66,7 +68,7 @@ def landing_problem(config: ScenarioConfig, state: TeamState) -> str | None:
     leader = config.team.leader
     places = {pair.target: pair.p_B1B2_C1__est for pair in state.pairs if pair.observer == leader}
     seen_from_above = {leader: (0.0, 0.0)} | {name: (x, y) for name, (x, y, _) in places.items()}
-    needed = LANDING_CLEARANCE * config.vehicle.separation_min
+    needed = column_spacing(config.vehicle.separation_min)
     for (first, place), (second, other) in itertools.combinations(seen_from_above.items(), 2):
         if (apart := math.dist(place, other)) < needed:
             return (

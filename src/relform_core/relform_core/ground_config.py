@@ -23,10 +23,10 @@ class GroundConfig(Schema):
     """Vertical speed of a vehicle that takes off."""
     descent_speed: Annotated[float, Field(alias="descent_speed_m_s", gt=0.0, le=3.0)] = 0.4
     """Vertical speed of a vehicle that lands, downwards."""
-    take_off_interval: Annotated[NonNegative, Field(alias="take_off_interval_s")] = 1.0
-    """Time between two vehicles that take off, the highest place first."""
+    interval: Annotated[NonNegative, Field(alias="interval_s")] = 1.0
+    """Time between two vehicles that take off, the highest place first, or that land one by one."""
     landing: Literal["together", "one_by_one"] = "together"
-    """Whether all vehicles land at once, or each after the one before, the lowest first."""
+    """Whether all vehicles land at once, or one after the other, the lowest first."""
     time: Annotated[Positive, Field(alias="time_s")] = 60.0
     """Length of the flight, time on the ground included."""
     waits: bool = False

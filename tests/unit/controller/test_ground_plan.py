@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from relform_controller.ground_plan import LandingPlan, TakeOffPlan, heights, landing_problem
-from relform_core.flight_modes import Request, VehicleMode
+from relform_core.flight_modes import Request
 from relform_core.telemetry import PairEstimate, TeamState
 from support.scenarios import paper_scenario
 
-GROUND = "ground={climb_speed_m_s: 0.5, take_off_interval_s: 1.5}"
+GROUND = "ground={climb_speed_m_s: 0.5, interval_s: 1.5}"
 PLACES = "formations_m.initial={follower_1: [-1.0, -0.5, 0.4], follower_2: [-1.0, 0.5, -0.5]}"
 
 
@@ -32,19 +32,18 @@ def test_the_highest_place_takes_off_first() -> None:
 
 
 def test_together_all_land_at_once() -> None:
-    plan = LandingPlan({"leader": 0.0, "wing": -0.5}, one_by_one=False)
-    modes = dict.fromkeys(("leader", "wing"), VehicleMode.FLYING)
-    assert plan.requests(modes) == {"leader": Request.LAND, "wing": Request.LAND}
+    assert LandingPlan({"leader": 0.0, "wing": -0.5}).requests(0.0) == {
+        "wing": Request.LAND,
+        "leader": Request.LAND,
+    }
 
 
 def test_one_by_one_the_lowest_lands_first() -> None:
-    plan = LandingPlan({"leader": 0.0, "wing": -0.5, "tail": 0.7}, one_by_one=True)
-    modes = dict.fromkeys(("leader", "wing", "tail"), VehicleMode.FLYING)
-    assert plan.requests(modes) == {"wing": Request.LAND, "leader": Request.HOVER, "tail": Request.HOVER}
-    modes["wing"] = VehicleMode.LANDING
-    assert plan.requests(modes)["leader"] is Request.HOVER
-    modes["wing"] = VehicleMode.IDLE
-    assert plan.requests(modes) == {"wing": Request.LAND, "leader": Request.LAND, "tail": Request.HOVER}
+    plan = LandingPlan({"leader": 0.0, "wing": -0.5, "tail": 0.7}, interval=1.5)
+    land, hover = Request.LAND, Request.HOVER
+    assert plan.requests(0.0) == {"wing": land, "leader": hover, "tail": hover}
+    assert plan.requests(1.6) == {"wing": land, "leader": land, "tail": hover}
+    assert set(plan.requests(3.0).values()) == {land}
 
 
 def test_heights_are_those_of_the_leaders_pairs() -> None:
@@ -53,7 +52,7 @@ def test_heights_are_those_of_the_leaders_pairs() -> None:
 
 def test_a_team_does_not_land_on_itself() -> None:
     config = paper_scenario(GROUND).config
-    needed = 1.5 * config.vehicle.separation_min
+    needed = config.vehicle.separation_min + 0.3
     apart = {"follower_1": (needed + 0.01, 0.0, -0.5), "follower_2": (0.0, -needed - 0.01, 0.3)}
     assert landing_problem(config, state(apart)) is None
     above = apart | {"follower_2": (needed + 0.01, -0.2, 2.0)}

@@ -128,6 +128,34 @@ def test_a_formation_is_kept_through_other_requests() -> None:
     assert dict(flown.mission.formation) == WIDE
 
 
+def test_a_team_that_is_to_land_brakes_and_descends() -> None:
+    flown = Flown()
+    flown.rest()
+    flown.mission.go_to(np.array([9.0, -0.5, 1.8]), math.nan)
+    flown.fly(2.0)
+    before, velocity, _ = flown.leader()
+    flown.mission.descend(0.6)
+    flown.rest()
+    place, still, yaw = flown.leader()
+    assert still == pytest.approx(np.zeros(3))
+    assert before[0] < place[0] < before[0] + velocity[0] ** 2
+    assert (place[1], place[2], yaw) == pytest.approx((-0.5, 1.1, 0.4))  # followers 0.5 m below
+    flown.mission.descend(2.0)
+    flown.rest()
+    assert flown.leader()[0][2] == pytest.approx(1.1)  # never up
+
+
+def test_the_formation_that_was_just_asked_for_counts() -> None:
+    flown = Flown()
+    flown.rest()
+    flown.mission.set_formation(WIDE | {"follower_2": (-1.0, 0.75, -1.2)})
+    with pytest.raises(ConfigError, match=re.escape("'follower_2' would come to 0.10 m above the ground")):
+        flown.mission.go_to(np.array([1.0, -0.5, 1.3]), math.nan)
+    flown.mission.descend(0.6)
+    flown.rest()
+    assert flown.leader()[0][2] == pytest.approx(1.8)  # the follower is at 0.6 m
+
+
 @pytest.mark.parametrize(
     ("place", "says"),
     [

@@ -208,6 +208,13 @@ def steady_steps(log: FlightLog) -> Mask:
     """
     config = log.scenario.config
     margin_ns = config.period_ns // 2  # a window may begin on an instant, which is rounded
+    if config.ground is not None:
+        since_ns = {phase.name: seconds_to_ns(phase.steady_from) - margin_ns for phase in config.phases}
+        steps = zip(log.phase, log.step_ns.tolist(), _phase_begins_ns(log), strict=True)
+        return np.array(
+            [name in since_ns and now_ns - begin_ns >= since_ns[name] for name, now_ns, begin_ns in steps],
+            dtype=np.bool_,
+        )
     begin_ns = [
         start * config.period_ns + seconds_to_ns(phase.steady_from) - margin_ns
         for start, phase in zip(config.phase_starts, config.phases, strict=True)
@@ -215,6 +222,15 @@ def steady_steps(log: FlightLog) -> Mask:
     mission_ns = log.step_ns - mission_start_ns(log)
     index = [config.phase_index(max(step, 0)) for step in (mission_ns // config.period_ns).tolist()]
     return np.asarray(mission_ns >= np.array(begin_ns, dtype=np.int64)[index])
+
+
+def _phase_begins_ns(log: FlightLog) -> list[int]:
+    """At each step, the instant at which what the team does then began [ns]."""
+    begins_ns: list[int] = []
+    for index, stamp_ns in enumerate(log.step_ns.tolist()):
+        is_same = index > 0 and log.phase[index] == log.phase[index - 1]
+        begins_ns.append(begins_ns[-1] if is_same else stamp_ns)
+    return begins_ns
 
 
 def mission_start_ns(log: FlightLog) -> int:

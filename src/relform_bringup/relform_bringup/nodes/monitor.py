@@ -20,6 +20,7 @@ from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_bringup.message_store import MessageStore
 from relform_core.errors import ConfigError
+from relform_core.flight_modes import TeamMode
 from relform_core.load import LoadedScenario
 from relform_core.names import (
     EVENTS,
@@ -27,6 +28,7 @@ from relform_core.names import (
     MONITOR_NODE,
     REFERENCE,
     SOLVER,
+    STATUS,
     EventKind,
     SolverState,
     split_node_name,
@@ -112,6 +114,13 @@ class Monitor:
             deserialize_message(data, self._types[EVENTS]) for topic, data in self._recent if topic == EVENTS
         ]
         return next((event.description for event in reversed(events) if event.kind == EventKind.STEP), "")
+
+    def team_mode(self) -> TeamMode | None:
+        """What the team does in the newest step; None: it starts airborne, or nothing was seen."""
+        statuses = [data for topic, data in self._recent if topic == STATUS]
+        if not statuses:
+            return None
+        return TeamMode(deserialize_message(statuses[-1], self._types[STATUS]).mode)
 
     def log(self) -> FlightLog:
         """The flight so far."""

@@ -61,6 +61,16 @@ class FormationSchedule:
         """
         self._requested = dict(formation), phase
 
+    def from_next_step_on(self) -> tuple[Mapping[str, Vector3], Mapping[str, Vector3]]:
+        """The formation that the team is asked to have in the next step, and the last one asked for [m]."""
+        places = self._places.at(np.array([self._since_change(self.next_ns)]))[:, 0].tolist()
+        now: dict[str, Vector3] = {
+            name: (x, y, z)
+            for name, (x, y, z) in zip(self._config.team.vehicles, places, strict=True)
+            if name != self._config.team.leader
+        }
+        return now, self.by_follower if self._requested is None else self._requested[0]
+
     def is_changing(self, stamp_ns: int) -> bool:
         """Whether the team still forms up, or changes its formation, at an instant [ns]."""
         turns = self._yaws is not None and not self._yaws.is_over(self._since_change(stamp_ns))

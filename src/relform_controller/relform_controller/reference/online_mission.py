@@ -1,7 +1,7 @@
 """The mission of a team in the air on request: hover, fly the phases, go to a place, follow a trajectory."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 from relform_core.units import NANOSECONDS_PER_SECOND
 
-HOVER, GO_TO, FOLLOW = "(hover)", "(go to)", "(trajectory)"
+HOVER, GO_TO, FOLLOW, DESCEND = "(hover)", "(go to)", "(trajectory)", "(descend)"
 """Names in telemetry of what the leader does between the phases of the scenario."""
 _SAMPLES_PER_S = 20.0
 """Number of points at which the way of the team is checked, by time."""
@@ -63,7 +63,7 @@ class OnlineMission:
         """See ``Mission``; no vehicle may get to the ground or into an obstacle on the leader's way."""
         if formation != self.formation:
             self._schedule.check(formation)
-            self._check_way(self._flown, self._elapsed(self._schedule.next_ns), [formation])
+            self._check_way(self._flown, self._elapsed(self._schedule.next_ns), formation)
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``."""
@@ -84,7 +84,7 @@ class OnlineMission:
         if first != self.formation:
             self._schedule.check(first)
         formations = [self._config.formations[phase.formation] for phase in self._config.phases]
-        self._check_way(path, 0.0, [self.formation, *formations])
+        self._check_way(path, 0.0, *formations)
         self._begin(path, self._config.phases[0].name)
         self._phase = 0
         self._schedule.request(first)
@@ -106,8 +106,18 @@ class OnlineMission:
             raise ConfigError(f"go_to needs a finite place (got {p_NB_N.tolist()} m, {yaw_NB:g} rad)")
         state = self._state()
         path = Transfer(state, p_NB_N, state.yaw_NB if math.isnan(yaw_NB) else yaw_NB, self._limits)
-        self._check_way(path, 0.0, [self.formation])
+        self._check_way(path, 0.0)
         self._begin(path, GO_TO)
+
+    def descend(self, height: float) -> None:
+        """Brake, and sink until the lowest vehicle is at a height above the ground [m]; never climb."""
+        state = self._state()
+        stop = Transfer.to_rest(state, self._limits)
+        place = stop.at(np.array([stop.duration])).p_NB_N[0]
+        formations = self._schedule.from_next_step_on()
+        lowest = min(0.0, *(up for formation in formations for _, _, up in formation.values()))
+        place[2] = min(place[2], height - lowest)
+        self._begin(Transfer(state, place, state.yaw_NB, self._limits), DESCEND)
 
     def follow_trajectory(self, rows: Array) -> None:
         """Take the leader along a trajectory, and stay at its end.
@@ -118,7 +128,7 @@ class OnlineMission:
             ConfigError: see ``TimedPath``; or the team would come to the ground or into an obstacle.
         """
         path = TimedPath(self._state(), rows, self._limits)
-        self._check_way(path, 0.0, [self.formation])
+        self._check_way(path, 0.0)
         self._begin(path, FOLLOW)
 
     def hold(self, poses: StartPoses) -> None:
@@ -179,14 +189,23 @@ class OnlineMission:
                 self._schedule.request(self._config.formations[phase.formation], phase)
             self._phase, self._doing = index, phase.name
 
-    def _check_way(self, path: LeaderPath, since: float, formations: Sequence[Mapping[str, Vector3]]) -> None:
-        """Raise ConfigError if a vehicle would get to the ground or into an obstacle."""
+    def _check_way(self, path: LeaderPath, since: float, *later: Mapping[str, Vector3]) -> None:
+        """Check that no vehicle gets to the ground or into an obstacle.
+
+        Args:
+            path: of the leader.
+            since: time of the path from which on it is flown [s].
+            later: formations beside those that the team has and was asked for.
+        Raises:
+            ConfigError: one does.
+        """
         n_samples = 2 + math.ceil(max(0.0, path.duration - since) * _SAMPLES_PER_S)
         way = path.at(np.linspace(since, max(since, path.duration), n_samples))
         needed = self._config.vehicle.collision_radius
         cosine, sine, zero = np.cos(way.yaw_NB), np.sin(way.yaw_NB), np.zeros_like(way.yaw_NB)
         R_NC = np.array([[cosine, -sine, zero], [sine, cosine, zero], [zero, zero, zero + 1.0]])
         places = {(self._config.team.leader, (0.0, 0.0, 0.0))}
+        formations = (*self._schedule.from_next_step_on(), *later)
         places |= {each for formation in formations for each in formation.items()}
         for vehicle, place in sorted(places):
             p_NB_N = way.p_NB_N + np.einsum("ijt,j->ti", R_NC, np.array(place))
