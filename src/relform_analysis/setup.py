@@ -24,6 +24,7 @@ setup(
             "bench_solver = relform_analysis.bench.solver:main",
             "bound = relform_analysis.judges.command:main",
             "constraints = relform_analysis.plots.constraint_scenarios:main",
+            "formation_changes = relform_analysis.plots.formation_changes:main",
             "motions = relform_analysis.plots.motions:main",
             "paper = relform_analysis.evaluation.command:main",
             "replay = relform_analysis.replay.command:main",

@@ -72,13 +72,17 @@ AWAY: dict[str, Vector3] = {"follower_1": (-3.0, -3.0, -4.0), "follower_2": (-1.
 HOME: dict[str, Vector3] = {"follower_1": (-1.0, -0.5, -0.5), "follower_2": (-1.0, 0.5, -0.5)}
 
 
-def fly_requests(requests: Mapping[int, Mapping[str, Vector3]], seed: int) -> dict[str, np.ndarray]:
+def fly_requests(
+    requests: Mapping[int, Mapping[str, Vector3]], seed: int, *overrides: str
+) -> dict[str, np.ndarray]:
     """Places of the followers relative to the leader at the end; requests by control step."""
-    scenario = paper_scenario(*HOVER_AT_6_M, seed=seed)
+    scenario = paper_scenario(*HOVER_AT_6_M, *overrides, seed=seed)
     controller = FormationController(scenario.config)
     step = None
     for number, step in enumerate(simulate(scenario, controller=controller)):
         assert not step.faults, step.faults
+        places = np.array([truth.p_NB_N for truth in step.ground_truth.values()])
+        assert separation_min(places[None]) > 0.55
         if number in requests:
             controller.set_formation(requests[number])
     assert step is not None
@@ -102,11 +106,11 @@ def test_requests_to_and_fro_during_a_change_are_flown(seed: int) -> None:
         np.testing.assert_allclose(place, last[name], atol=0.3)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_two_followers_change_places(seed: int) -> None:
-    """And back, before they have arrived; with raw feedback."""
+@pytest.mark.parametrize(("seed", "controller"), [(0, "team"), (1, "team"), (0, "retuned")])
+def test_two_followers_change_places(seed: int, controller: str) -> None:
+    """And back; and forth again, before they have arrived."""
     swapped = {"follower_1": HOME["follower_2"], "follower_2": HOME["follower_1"]}
-    places = fly_requests({20: swapped, 120: HOME, 150: swapped}, seed)
+    places = fly_requests({20: swapped, 120: HOME, 150: swapped}, seed, f"controller={controller}")
     for name, place in places.items():
         np.testing.assert_allclose(place, swapped[name], atol=0.3)
 
