@@ -49,6 +49,10 @@ bench: setup ## measure the solver beside acados (ARGS="--vehicles 3 8"), and co
 bench-ros: setup ## measure the CPU time of a control step over ROS, process by process
 	@$(PYTHON_IN_VENV) scripts/bench_ros.py $(ARGS)
 
+.PHONY: bench-real-time
+bench-real-time: setup ## measure latency and missed deadlines of flights on the wall clock
+	@$(PYTHON_IN_VENV) scripts/bench_real_time.py $(ARGS)
+
 .PHONY: lint
 lint: setup ## check style, types and import rules
 	@$(PYTHON_IN_VENV) -m ruff check
