@@ -56,6 +56,8 @@ class RealTimePacing(FlightPacing):
         self._inboxes: dict[str, StepInbox[Stamped | None]] = {}
         """Of the topics with one message in each step, for which the node waits."""
         self._time = FlightTime(self._period_ns)
+        self._heard = 0
+        """Messages that have arrived, without those for which the node waits in any case."""
         self._skipped = 0
         """Steps that the node took no part in."""
         self._incomplete = 0
@@ -70,14 +72,17 @@ class RealTimePacing(FlightPacing):
         self._arrivals.open(topic)
 
         def keep(stamp_ns: int, message: Any) -> None:
+            self._heard += 1
             self._arrivals.add(topic, Arrived(stamp_ns, self._time.now_ns(), message))
 
         return keep
 
     def _take_tick(self, step: int) -> None:
+        self._heard += 1
         self._time.tick(step)  # any later step may follow: a node that was stopped misses ticks
 
     def _take_done(self, done: Done) -> None:
+        self._heard += 1
         self._arrivals.report(done)
 
     async def steps(self) -> AsyncIterator[int]:
@@ -86,6 +91,7 @@ class RealTimePacing(FlightPacing):
         step = -1
         while step < self._n_steps:
             await self._wait(lambda: self._newest_tick > step)  # noqa: B023  # not called later
+            await self._hear_all()
             following = self._newest_tick if self._decides else step + 1
             self._skipped += following - step - 1
             step = following
@@ -116,10 +122,20 @@ class RealTimePacing(FlightPacing):
         if is_last:
             await self._wait_until(end_ns + LAST_WAIT_NS, step)
         if not self._arrivals.complete(step):
+            await self._hear_all()
+        if not self._arrivals.complete(step):
             self._incomplete += 1
         taken = self._arrivals.take(topics, instant_ns, None if is_last else end_ns)
         self._note_ages(taken)
         return taken
+
+    async def _hear_all(self) -> None:
+        """Run the callbacks of everything that has come to this process: a node that is late has not yet."""
+        heard = -1
+        while heard != self._heard:
+            heard = self._heard
+            turns = iter((False, True))
+            await self._wait(lambda: next(turns), deadline=0.0)  # noqa: B023  # not called later
 
     async def _wait_until(self, instant_ns: int, step: int) -> None:
         """Wait until an instant of the flight, or until all messages of a step have arrived."""
