@@ -208,15 +208,16 @@ def test_messages_wait_for_their_step() -> None:
         kept.add(IMU, Arrived(stamp_ms * MS, arrival_ms * MS, (stamp_ms, arrival_ms)))
     kept.add(COMMAND, Arrived(200 * MS, 160 * MS, "command"))  # for the interval after the next
 
-    def taken(instant_ms: int, end_ms: int | None) -> dict[str, list[object]]:
+    def taken(newest_ms: int | None, end_ms: int | None) -> dict[str, list[object]]:
+        newest_ns = None if newest_ms is None else newest_ms * MS
         end_ns = None if end_ms is None else end_ms * MS
-        found = kept.take([IMU, COMMAND], instant_ms * MS, end_ns)
+        found = kept.take([IMU, COMMAND], newest_ns, end_ns)
         return {topic: [arrived.message for arrived in each] for topic, each in found.items()}
 
     assert taken(150, 170) == {IMU: [(100, 130), (150, 151)], COMMAND: ["command"]}
-    assert taken(150, 200) == {IMU: [(150, 199)]}, "what is stamped 200 ms cannot be used at 150 ms"
+    assert taken(150, None) == {IMU: [(150, 199)]}, "what is stamped 200 ms cannot be used at 150 ms"
     assert taken(150, 250) == {}
-    assert taken(150, None) == {IMU: [(200, 199)]}
+    assert taken(None, None) == {IMU: [(200, 199)]}
 
 
 @pytest.mark.parametrize(

@@ -71,22 +71,23 @@ class Arrivals:
         )
 
     def take(
-        self, topics: Iterable[str], instant_ns: int, end_ns: int | None
+        self, topics: Iterable[str], newest_ns: int | None, end_ns: int | None
     ) -> dict[str, tuple[Arrived, ...]]:
-        """The messages that are due at an instant, by topic in the order of arrival; never empty.
+        """The messages that are due, by topic in the order of arrival; never empty.
 
         Args:
-            instant_ns: no message is due before its stamp, less the lead of its topic.
-            end_ns: what arrives from here on stays for a later step; None: nothing does.
+            newest_ns: instants after this one are left for a later step; None: none is.
+            end_ns: what arrives from here on is left for a later step; None: nothing is.
         """
         taken = {}
         for topic in topics:
-            newest_ns = instant_ns + self._leads_ns.get(topic, 0)
+            lead_ns = self._leads_ns.get(topic, 0)
             due: list[Arrived] = []
             left: list[Arrived] = []
             for arrived in self._arrived[topic]:
-                is_due = end_ns is None or (arrived.stamp_ns <= newest_ns and arrived.arrival_ns < end_ns)
-                (due if is_due else left).append(arrived)
+                is_due = newest_ns is None or arrived.stamp_ns - lead_ns <= newest_ns
+                in_time = end_ns is None or arrived.arrival_ns < end_ns
+                (due if is_due and in_time else left).append(arrived)
             self._arrived[topic] = left
             if due:
                 taken[topic] = tuple(due)

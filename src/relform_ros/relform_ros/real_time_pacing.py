@@ -116,16 +116,18 @@ class RealTimePacing(FlightPacing):
 
     async def _take(self, step: int, topics: Iterable[str]) -> dict[str, tuple[Arrived, ...]]:
         """What arrives on topics without a fixed number of messages in time for a step."""
-        instant_ns, end_ns = step * self._period_ns, (step + 1) * self._period_ns
+        instant_ns = step * self._period_ns
         await self._wait_until(instant_ns + self._wait_ns, step)
         is_last = self._observes and (step == self._n_steps or self._arrivals.faulty)
         if is_last:
-            await self._wait_until(end_ns + LAST_WAIT_NS, step)
+            await self._wait_until(instant_ns + LAST_WAIT_NS, step)
         if not self._arrivals.complete(step):
             await self._hear_all()
         if not self._arrivals.complete(step):
             self._incomplete += 1
-        taken = self._arrivals.take(topics, instant_ns, None if is_last else end_ns)
+        newest_ns = None if is_last else instant_ns
+        end_ns = instant_ns + self._period_ns if self._is_vehicle else None
+        taken = self._arrivals.take(topics, newest_ns, end_ns)
         self._note_ages(taken)
         return taken
 

@@ -1,5 +1,6 @@
 """Start and end of every node of relform."""
 
+import gc
 import re
 import signal
 import sys
@@ -77,6 +78,7 @@ def run_nodes(
             name = node.get_fully_qualified_name()
             logics.append(run(node, build(node, spinner)))
             warn_of_unknown(node)
+        gc.freeze()  # a full collection of what there is by now would take longer than a control period
         for signum in (signal.SIGINT, signal.SIGTERM):
             signal.signal(signum, spinner.interrupt)
         spinner.run(logics)
