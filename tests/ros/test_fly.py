@@ -18,7 +18,9 @@ import pytest
 
 from relform_analysis.flight.from_bag import read_flight_log
 from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.simulate import fly_in_process
+from relform_analysis.flight.summary import Ending, Outcome, build_summary
 from relform_analysis.replay.command import EQUAL
 from relform_analysis.replay.command import main as replay
 from relform_bags.from_bag import decode
@@ -178,7 +180,7 @@ def test_composed_nodes_send_the_same_messages(flown: dict[str, Fly]) -> None:
         assert composed[topic] == apart[topic], topic
     assert composed.keys() == apart.keys()
     flight = flown["composed"]
-    assert flight.out.startswith("starting 7 nodes in one process, ROS_DOMAIN_ID=")
+    assert flight.out.startswith("starting 6 nodes in one process, ROS_DOMAIN_ID=")
     logs = {path.name: path.read_text() for path in (flight.folder / "log").iterdir()}
     assert logs == {"composed.log": ""}
 
@@ -201,6 +203,13 @@ def test_without_a_recorder(flown: dict[str, Fly]) -> None:
     assert flight.summary["mean_m"] != flown["first"].summary["mean_m"]
     expected = fly_in_process(load_scenario(flight.folder / "config.yaml"))
     assert flight.summary["rotor_mean_rpm"] == pytest.approx(mean_rpm(expected), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["first", "composed"])
+def test_summary_has_all_that_the_bag_has(name: str, flown: dict[str, Fly]) -> None:
+    log, summary = read_flight_log(flown[name].folder), flown[name].summary
+    ending = Ending(Outcome.COMPLETED, None, summary["wall_s"], summary["flown_s"])
+    assert summary == build_summary(log.scenario, flight_metrics(log), ending, summary["versions"])
 
 
 def mean_rpm(log: FlightLog) -> float:
@@ -270,12 +279,27 @@ def test_lost_node_is_named(marks: tuple[str, ...], name: str, fly: Callable[...
         assert recorded >= summary["steps"] - 1
 
 
-def test_process_of_all_nodes_that_hangs_ends_the_flight(fly: Callable[..., Fly]) -> None:
-    flight = fly("--composed", overrides=(LONG, "lockstep.step_timeout_s=2.0"))
+@pytest.mark.parametrize(
+    ("mark", "arguments", "reason"),
+    [
+        ("lib/relform_bags/recorder", (), r"step \d+ \(.* s\) not finished within 2 s .*: /recorder"),
+        ("lib/relform_sim/clock", (), r"/sim/clock has finished no step for 4 s"),
+        (
+            "lib/relform_bringup/composed",
+            ("--composed",),
+            r"the process of all nodes has finished no step for 4 s",
+        ),
+    ],
+    ids=["recorder", "clock", "composed"],
+)
+def test_process_that_hangs_ends_the_flight(
+    mark: str, arguments: tuple[str, ...], reason: str, fly: Callable[..., Fly]
+) -> None:
+    flight = fly(*arguments, overrides=(LONG, "lockstep.step_timeout_s=2.0"))
     flight.in_the_air()
-    os.kill(flight.node("lib/relform_bringup/composed"), signal.SIGSTOP)
+    os.kill(flight.node(mark), signal.SIGSTOP)
     assert flight.end() == EXIT_FAILED
-    assert flight.err == "error: the process of all nodes has finished no step for 4 s\n"
+    assert re.fullmatch(f"error: {reason}\n", flight.err), flight.err
     assert flight.summary["steps"] > 0
     assert len(read_flight_log(flight.folder).phase) > 0
 

@@ -105,3 +105,10 @@ def test_log_is_complete_and_fallbacks_are_counted(tmp_path: Path) -> None:
     assert (monitor.step, monitor.fallbacks) == (24, 2)
     np.testing.assert_array_equal(log.tick_ns, np.arange(25) * CONFIG.period_ns)
     np.testing.assert_array_equal(log.p_NB_N[-1, :, 0], range(len(VEHICLES)))
+
+
+def test_what_no_log_needs_is_left_out(tmp_path: Path) -> None:
+    with MessageStore(tmp_path) as store:
+        monitor = Monitor(SCENARIO, logged_topics(SCENARIO, [MONITOR_NODE]), store, lambda flight: None)
+        monitor.take([(vehicle_topic("leader", "imu"), b"of a recorder")])
+        assert (monitor.step, list(store)) == (0, [])

@@ -1,10 +1,11 @@
 """One flight: its processes, which are watched to the end, and stopped in every case."""
 
+import fcntl
 import json
 import math
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
@@ -49,8 +50,10 @@ VISUALIZATION = ("relform_bringup", "visualization")
 COMPOSED_NAME = "the process of all nodes"
 WATCH_S = 0.02
 """Period at which the processes are checked."""
+PIPE_BYTES = 1 << 20
+"""Room for the steps of several such periods."""
 STANDSTILL = 2.0
-"""Share of the clock's step timeout after which a process with all nodes hangs."""
+"""Share of the clock's step timeout after which the process of the clock hangs."""
 END_S = 10.0
 """Time in which the nodes must end after the last step."""
 
@@ -105,7 +108,8 @@ class Flight:
         self._folder = folder
         self._domain_id = domain_id
         self._interruption = interruption
-        self._observers = [RECORDER_NODE, MONITOR_NODE] if record else [MONITOR_NODE]
+        self._observers = [RECORDER_NODE if record else MONITOR_NODE]
+        """A recorder hands what it reads to this process, so that a delivery for each message is enough."""
         self._supervisor = Supervisor(folder.log)
         self._visualize = visualize
         self._beside = Supervisor(folder.log)
@@ -115,7 +119,7 @@ class Flight:
         self._clock: Child | None = None
         self._recorder: Child | None = None
         self._steps: Connection | None = None
-        """Messages of each step of a composed flight."""
+        """The messages of each step, if another process hands them over."""
         self._monitor: Monitor | None = None
         self._watched = -math.inf
 
@@ -130,7 +134,7 @@ class Flight:
             with FlightDisplay(console, self._scenario.config) as display:
                 try:
                     self._start()
-                    # All members, and the clock. Except in a composed flight, the monitor runs already.
+                    # All members, and the clock; a monitor in this process runs already.
                     nodes = f"{self._supervisor.size} nodes"
                     if self._composed:
                         nodes = f"{len(self._roster.members) + 1} nodes in one process"
@@ -170,14 +174,11 @@ class Flight:
             ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST",
         )
         record = RECORDER_NODE in self._observers
-        # The name of the node, because the other nodes of its process have no such parameter.
-        bag = f"{RECORDER_NODE.strip('/')}:output:={json.dumps(str(self._folder.bag))}"
-        output = ("-p", bag) if record else ()
         if self._visualize:
             self._beside.start(VISUALIZATION_NODE, self._command(VISUALIZATION))
-        # If this process is killed, the kernel sends SIGINT to the recorder, which then closes the bag.
         if self._composed:
-            self._start_composed(output)
+            self._clock = self._start_sender(COMPOSED_NAME, COMPOSED, log_name="composed")
+            self._recorder = self._clock if record else None
             return
         for vehicle in self._roster.vehicles:
             self._start_node(vehicle_node(vehicle), QUADROTOR, "-r", f"__ns:=/{vehicle}")
@@ -185,20 +186,25 @@ class Flight:
             self._start_node(controller.node, CONTROLLER, "-r", f"__ns:=/{controller.name}")
         self._clock = self._start_node(CLOCK_NODE, CLOCK)
         if record:
-            self._recorder = self._start_node(RECORDER_NODE, RECORDER, *output, dies_by="INT")
+            self._recorder = self._start_sender(RECORDER_NODE, RECORDER)
 
-    def _start_composed(self, output: Sequence[str]) -> None:
-        self._steps, sender = Pipe(duplex=False)
-        pipe = ("-p", f"{MONITOR_NODE.strip('/')}:pipe:={sender.fileno()}")
-        command = self._member_command(COMPOSED, *pipe, *output)
-        self._clock = self._supervisor.start(COMPOSED_NAME, command, "INT", "composed", [sender.fileno()])
-        self._recorder = self._clock if output else None
-        sender.close()
+    def _start_node(self, node: str, program: tuple[str, str], *arguments: str) -> Child:
+        return self._supervisor.start(node, self._member_command(program, *arguments))
 
-    def _start_node(
-        self, node: str, program: tuple[str, str], *arguments: str, dies_by: str = "KILL"
-    ) -> Child:
-        return self._supervisor.start(node, self._member_command(program, *arguments), dies_by)
+    def _start_sender(self, name: str, program: tuple[str, str], log_name: str | None = None) -> Child:
+        """Start the process that records if a bag is asked for, and hands each step over."""
+        (observer,) = self._observers
+        self._steps, sender = _open_pipe()
+        with sender:
+            values: dict[str, int | str] = {"pipe": sender.fileno()}
+            if observer == RECORDER_NODE:
+                values["output"] = str(self._folder.bag)
+            # With the name of the node, because the other nodes of its process have no such parameters.
+            node = observer.strip("/")
+            arguments = [f"{node}:{key}:={json.dumps(value)}" for key, value in values.items()]
+            command = self._member_command(program, *(each for text in arguments for each in ("-p", text)))
+            # If this process is killed, the kernel sends SIGINT to that one, which then closes the bag.
+            return self._supervisor.start(name, command, "INT", log_name, [sender.fileno()])
 
     def _member_command(self, program: tuple[str, str], *arguments: str) -> list[str]:
         return [*self._command(program), "-p", f"observers:={json.dumps(self._observers)}", *arguments]
@@ -229,12 +235,12 @@ class Flight:
                 self._await_ends()
 
     def _follow(self, monitor: "Monitor", steps: Connection) -> None:
-        """Take in what the process of all nodes sends, until it closes the pipe."""
+        """Take in the steps that another process hands over, until it closes the pipe."""
         limit_s = STANDSTILL * self._scenario.config.lockstep.step_timeout
         deadline = math.inf
         while True:
             self._interruption.check()
-            if steps.poll(WATCH_S):
+            if steps.poll():
                 try:
                     messages = steps.recv()
                 except (EOFError, OSError):  # OSError: it was killed while it wrote
@@ -243,8 +249,9 @@ class Flight:
                 deadline = time.monotonic() + limit_s
                 continue
             self._watch()
-            if time.monotonic() > deadline:
-                raise FlightError(f"{COMPOSED_NAME} has finished no step for {limit_s:g} s")
+            if self._clock is not None and time.monotonic() > deadline:  # it would name any other node
+                raise FlightError(f"{self._clock.name} has finished no step for {limit_s:g} s")
+            time.sleep(WATCH_S)  # and not until the next step comes, which would wake this process for each
 
     def _await_ends(self) -> None:
         """Wait until all processes have ended."""
@@ -277,3 +284,11 @@ class Flight:
             return f"{child.epitaph()} before the first step"
         time_s = (step + 1) * self._scenario.config.controller.period
         return f"{child.epitaph()} in step {step + 1} ({time_s:.2f} s)"
+
+
+def _open_pipe() -> tuple[Connection, Connection]:
+    """The ends to read and to write."""
+    reader, writer = Pipe(duplex=False)
+    with suppress(OSError):  # the user may have no more room; whoever writes then waits more often
+        fcntl.fcntl(writer.fileno(), fcntl.F_SETPIPE_SZ, PIPE_BYTES)
+    return reader, writer

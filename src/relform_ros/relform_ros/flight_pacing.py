@@ -67,7 +67,6 @@ class FlightPacing(ABC):
             topic.name for topic in self.readable if not set(topic.writers).isdisjoint(self._awaited)
         }
         """Topics of which these reports list the messages."""
-        self._watched: set[str] = set()
         self._period_ns = config.period_ns
         self._n_steps = config.n_steps
         self._sent: list[tuple[str, int]] = []
@@ -118,13 +117,12 @@ class FlightPacing(ABC):
 
     def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
         """See ``Pacing``."""
-        self._watched.add(topic)
         keep = self._make_inbox(topic, lambda _: None)
 
         def take_and_count(data: bytes, publish_time_ns: int) -> None:
             take(data, publish_time_ns)
             with suppress(RejectionError):  # no step waits for it
-                keep(raw_stamp_ns(data), None)
+                keep(raw_stamp_ns(data), data)
 
         self._endpoints.subscribe_raw(topic, take_and_count)
 

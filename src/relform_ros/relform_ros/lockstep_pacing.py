@@ -26,11 +26,11 @@ class LockstepPacing(FlightPacing):
     def __init__(self, node: Node, spinner: Spinner, scenario: LoadedScenario, roster: Roster) -> None:
         super().__init__(node, spinner, scenario, roster)
         self._announcements = Announcements(self._awaited)
-        self._inboxes: dict[str, StepInbox[Stamped | None]] = {}
+        self._inboxes: dict[str, StepInbox[Stamped | bytes]] = {}
         self._lead = scenario.config.command_lead_steps
 
     def _make_inbox(self, topic: str, reject: Callable[[RejectionError], None]) -> Keep:
-        inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject, self._lead)
+        inbox = self._inboxes[topic] = StepInbox[Stamped | bytes](self._period_ns, reject, self._lead)
         return inbox.add
 
     def _take_tick(self, step: int) -> None:
@@ -59,10 +59,7 @@ class LockstepPacing(FlightPacing):
             self._announcements.close(step)
         await self._wait(lambda: all(self._inboxes[topic].has(stamps) for topic, stamps in due.items()))
         taken = {topic: self._inboxes[topic].take(step, due[topic]) for topic in topics}
-        messages = {
-            topic: tuple(each) for topic, each in taken.items() if each and topic not in self._watched
-        }
-        return Gathered(messages, faulty)
+        return Gathered({topic: tuple(each) for topic, each in taken.items() if each}, faulty)
 
     async def _wait_for_announcements(self, step: int, topics: Iterable[str]) -> dict[str, dict[int, int]]:
         """Number of messages that were sent in a step on some topics, by topic and stamp [ns]."""

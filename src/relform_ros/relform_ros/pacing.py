@@ -24,7 +24,10 @@ class Gathered:
     """The messages of one step."""
 
     messages: Mapping[str, tuple[Any, ...]]
-    """Decoded, by topic in the order in which the node began to read them, oldest first; never empty."""
+    """By topic in the order in which the node began to read them, oldest first; never empty.
+
+    Decoded, or as they were serialized if the node watches the topic.
+    """
     faulty: bool
     """Whether a sender of this step reported that it cannot continue."""
     arrivals_ns: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
@@ -47,7 +50,7 @@ class Pacing(Protocol):
         """
 
     def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
-        """Pass on every message of a topic as it arrives; ``gather`` waits for them as well.
+        """Pass on every message of a topic as it arrives; ``gather`` hands those of a step over as well.
 
         Args:
             take: takes the serialized message and the wall time at which it was published [ns].

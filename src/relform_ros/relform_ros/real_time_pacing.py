@@ -53,7 +53,7 @@ class RealTimePacing(FlightPacing):
         self._wait_ns = round((config.wait_share if self._decides else 1.0) * self._period_ns)
         self._topics: list[str] = []
         """What the node reads or watches."""
-        self._inboxes: dict[str, StepInbox[Stamped | None]] = {}
+        self._inboxes: dict[str, StepInbox[Stamped | bytes]] = {}
         """Of the topics with one message in each step, for which the node waits."""
         self._time = FlightTime(self._period_ns)
         self._heard = 0
@@ -67,7 +67,7 @@ class RealTimePacing(FlightPacing):
     def _make_inbox(self, topic: str, reject: Callable[[RejectionError], None]) -> Keep:
         self._topics.append(topic)
         if self._is_vehicle and topic not in self._announced:
-            inbox = self._inboxes[topic] = StepInbox[Stamped | None](self._period_ns, reject)
+            inbox = self._inboxes[topic] = StepInbox[Stamped | bytes](self._period_ns, reject)
             return inbox.add
         self._arrivals.open(topic)
 
@@ -106,11 +106,7 @@ class RealTimePacing(FlightPacing):
         messages = {topic: tuple(self._inboxes[topic].take(step, stamps)) for topic, stamps in due.items()}
         loose = [topic for topic in topics if topic not in due]
         taken = await self._take(step, loose) if loose else {}
-        messages |= {
-            topic: tuple(arrived.message for arrived in each)
-            for topic, each in taken.items()
-            if topic not in self._watched
-        }
+        messages |= {topic: tuple(arrived.message for arrived in each) for topic, each in taken.items()}
         arrivals_ns = {topic: tuple(arrived.arrival_ns for arrived in each) for topic, each in taken.items()}
         return Gathered(messages, self._arrivals.faulty, arrivals_ns)
 

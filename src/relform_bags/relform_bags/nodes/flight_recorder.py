@@ -1,6 +1,7 @@
 """Record a flight as a member of the barrier: a slow disk slows the flight, and no message is lost."""
 
 import json
+from contextlib import nullcontext
 from functools import partial
 
 from rclpy.node import Node
@@ -15,11 +16,15 @@ from relform_core.names import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
 from relform_ros.pacing import Pacing
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.spinner import Spinner
+from relform_ros.step_pipe import read_step_pipe
 from relform_ros.topics import Topic
 
 
 class FlightRecorder:
-    """Writes all messages of a flight; their log time is their stamp, the instant of the step."""
+    """Writes all messages of a flight; their log time is their stamp, the instant of the step.
+
+    With the parameter ``pipe``, it also hands the messages of each step to the process that has started it.
+    """
 
     def __init__(self, node: Node, spinner: Spinner, scenario: LoadedScenario, pacing: Pacing) -> None:
         self._node = node
@@ -27,13 +32,14 @@ class FlightRecorder:
         self._scenario = scenario
         self._options = read_options(node, RecorderOptions)
         self._pacing = pacing
+        self._pipe = read_step_pipe(node)
 
     async def run(self) -> None:
         """Record to the end of the flight.
 
         Raises:
             BagError: the bag cannot be created or written; the recorder has reported a fault to the flight.
-            StopRequestedError: after a signal; the bag is closed.
+            StopRequestedError: after a signal, or when nobody reads the pipe any more; the bag is closed.
         """
         attachments = {
             CONFIG_ATTACHMENT: self._scenario.effective_yaml,
@@ -41,7 +47,8 @@ class FlightRecorder:
         }
         bag = OpenBag(self._node, self._spinner, self._options, attachments)
         try:
-            await self._record(bag)
+            with self._pipe or nullcontext():
+                await self._record(bag)
         finally:
             bag.close()
 
@@ -54,7 +61,10 @@ class FlightRecorder:
         async for step in pacing.steps():
             for name, type_name in topics.items() if step == 0 else ():  # also topics without messages
                 bag.add_topic(name, type_name)
-            await pacing.gather(step)
+            gathered = await pacing.gather(step)
+            if self._pipe is not None:
+                messages = gathered.messages.items()
+                self._pipe.send([(topic, data) for topic, each in messages for data in each])
             if bag.is_full:
                 self._spinner.drain(QUIET_S)  # take the messages of nodes that this one does not wait for
                 try:

@@ -5,7 +5,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 
 import numpy as np
 import rclpy
@@ -37,17 +36,13 @@ from relform_core.roster import Roster
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.make_pacing import make_pacing
 from relform_ros.pacing import Pacing
-from relform_ros.parameters import read_observers, read_only, read_scenario
+from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.run_node import Runnable
-from relform_ros.spinner import Spinner, StopRequestedError
+from relform_ros.spinner import Spinner
+from relform_ros.step_pipe import PIPE, StepMessages, StepPipe, read_step_pipe
 from relform_ros.topics import Topic, topic_table
 
-StepMessages = Sequence[tuple[str, bytes]]
-"""The messages of a step: topic and data."""
-PIPE = "pipe"
-"""Parameter of the node in a process that ``fly`` starts."""
-NO_PIPE = -1
 RECENT_STEPS = 3
 """Among the messages of this many steps is one step of which all have arrived."""
 
@@ -80,12 +75,13 @@ class Monitor:
         self._recent: deque[tuple[str, bytes]] = deque(maxlen=RECENT_STEPS * len(self._types))
 
     def take(self, messages: StepMessages) -> None:
-        """Take in the next step."""
+        """Take in the next step; messages of other topics are left out."""
         self._now = time.perf_counter()
         if self.step < 0:
             self._began = self._now
         for topic, data in messages:
-            self._keep(topic, data)
+            if topic in self._types:
+                self._keep(topic, data)
         self.step += 1
         self._on_step(self)
 
@@ -217,22 +213,18 @@ def build_remote_monitor(node: Node, spinner: Spinner) -> Runnable:
     Raises:
         ConfigError: a parameter is missing or not usable.
     """
-    scenario, observers = read_scenario(node), read_observers(node)
-    pipe = read_only(node, PIPE, NO_PIPE, "Number of the file to which fly listens; only fly can set it.")
-    if pipe == NO_PIPE:
+    scenario, observers, pipe = read_scenario(node), read_observers(node), read_step_pipe(node)
+    if pipe is None:
         raise ConfigError(f"parameter {PIPE} is not set: leave {MONITOR_NODE} out of the observers")
     pacing = make_pacing(node, spinner, scenario, Roster.of(scenario.config, observers))
-    return _RemoteMonitor(pacing, logged_topics(scenario, observers), Connection(pipe, readable=False))
+    return _RemoteMonitor(pacing, logged_topics(scenario, observers), pipe)
 
 
 class _RemoteMonitor:
-    def __init__(self, pacing: Pacing, topics: Iterable[Topic], connection: Connection) -> None:
-        self._connection = connection
-        self._logic = MonitorNode(pacing, topics, connection.send)
+    def __init__(self, pacing: Pacing, topics: Iterable[Topic], pipe: StepPipe) -> None:
+        self._pipe = pipe
+        self._logic = MonitorNode(pacing, topics, pipe.send)
 
     async def run(self) -> None:
-        with self._connection:
-            try:
-                await self._logic.run()
-            except BrokenPipeError:  # fly ends the flight, or has ended itself
-                raise StopRequestedError from None
+        with self._pipe:
+            await self._logic.run()
