@@ -17,5 +17,10 @@ setup(
     ],
     install_requires=["setuptools"],
     zip_safe=False,
-    entry_points={"console_scripts": ["live = relform_live.command:main"]},
+    entry_points={
+        "console_scripts": [
+            "bench_live = relform_live.bench:main",
+            "live = relform_live.command:main",
+        ]
+    },
 )

@@ -43,6 +43,7 @@ ROSDEP_KEYS = {
     "ruamel": "python3-ruamel.yaml",
     "scipy": "python3-scipy",
     "threadpoolctl": "python3-threadpoolctl",
+    "playwright": None,  # optional: bench_live
     "viser": None,
     "yaml": "python3-yaml",
     "zstandard": None,

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from relform_core.exit_codes import EXIT_USAGE
 from relform_core.script import CommandParser, command
 
 PORT = 8080
@@ -39,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from relform_live.flying import flying
 
         with flying(options.fly) as flight:
-            run_live(server, options.config, has_failed=lambda: bool(flight.poll()))
+            run_live(server, options.config, has_failed=lambda: flight.poll() == EXIT_USAGE)
         return flight.returncode
 
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from relform_core.flight_modes import TeamMode, VehicleMode
 from relform_core.names import EstimatorMode, SolverState
+from relform_core.telemetry import PerStep, TeamStatus
 from relform_live.scene.flight_data import FlightData, LogLine, Severity
 from relform_live.scene.readout import log_text, readout, waiting
 from relform_live.scene.stage import Stage
@@ -29,6 +31,18 @@ def test_what_is_not_known_is_left_out() -> None:
     text = shown(FlightData(paper_config()))
     assert "estimator" not in text
     assert "● follower_2 – – 0 of 2" in text
+
+
+def test_a_flight_from_the_ground_names_the_modes() -> None:
+    data = flown(until=1.0)
+    modes = {"leader": VehicleMode.HOVERING, "follower_1": VehicleMode.TAKING_OFF}
+    status = TeamStatus(TeamMode.TAKING_OFF, "", "start is refused: the team is taking off", modes)
+    data.take_status(PerStep(20, nanoseconds(1.0), status))
+    text = shown(data)
+    assert text.startswith("12.3 s taking off 2.0")
+    assert "● leader hovering ▪ 0.500" in text
+    assert "● follower_1 taking off ▪" in text
+    assert [line.text for line in data.log][-2:] == ["team taking off", status.refused]
 
 
 def test_trouble_is_named() -> None:

@@ -46,6 +46,13 @@ def test_ends_at_the_newest_message() -> None:
     assert shown.at(60.0) == 9 * STEP_NS
 
 
+def test_shows_the_newest_of_one_burst() -> None:
+    shown = ShownTime()
+    for step in range(10):
+        shown.arrived(step * STEP_NS, 5.0)
+    assert shown.at(5.0) == 9 * STEP_NS
+
+
 def test_another_flight_begins_at_its_own_time() -> None:
     shown = ShownTime()
     shown.arrived(500 * STEP_NS, 5.0)

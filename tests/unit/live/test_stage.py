@@ -1,14 +1,17 @@
 """What the scene shows of a flight, by hand-made messages."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from relform_controller.reference.trajectory import LeaderTrajectory
 from relform_core.names import EstimatorMode, SolverState
 from relform_core.telemetry import Event, FaultReported, ParametersSet, PerStep
 from relform_live.scene.colours import UNSEEN, of_errors
 from relform_live.scene.flight_data import LOG_LINES, FlightData, Severity
-from relform_live.scene.stage import Stage
+from relform_live.scene.stage import AHEAD_POINTS, AHEAD_SPACING_NS, Stage
 from relform_live.scene.trail import POINTS, Trail
 from support.live_flights import (
     YAW,
@@ -19,6 +22,7 @@ from support.live_flights import (
     odometry,
     paper_config,
     place_of,
+    reference,
     solver,
     state,
 )
@@ -57,6 +61,22 @@ def test_targets_are_the_reference_and_the_places_around_the_leader() -> None:
     assert picture.targets is not None
     assert picture.targets[0] == pytest.approx(leader_place(1.0) + [0.0, 0.3, 0.4])
     assert picture.targets[1] == pytest.approx(place_of("follower_1", 1.0))
+
+
+def test_the_path_ahead_is_that_of_the_scenario() -> None:
+    data = flown(until=1.0)
+    path = LeaderTrajectory(data.config, 0)
+    instants = nanoseconds(3.0) + np.arange(1, AHEAD_POINTS + 1) * AHEAD_SPACING_NS
+    now = path.at(np.array([nanoseconds(3.0)]))
+    team = replace(reference(3.0).value, p_NB_N=now.p_NB_N[0], v_NB_N=now.v_NB_N[0])
+    data.take_reference(PerStep(60, nanoseconds(3.0), team))
+    picture = Stage(data).picture(nanoseconds(1.0))
+    assert picture.ahead == pytest.approx(path.at(instants).p_NB_N)
+
+
+def test_nothing_is_ahead_of_a_leader_that_is_sent_elsewhere() -> None:
+    picture = Stage(flown(until=1.0)).picture(nanoseconds(1.0))
+    assert picture.ahead == pytest.approx(np.tile(leader_place(1.0) + [0.0, 0.3, 0.4], (AHEAD_POINTS, 1)))
 
 
 def test_links_join_the_vehicles_and_have_the_colour_of_the_error() -> None:

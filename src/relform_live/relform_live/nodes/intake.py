@@ -11,6 +11,7 @@ from relform_live.scene.flight_data import FlightData
 from relform_ros.events import event_from_msg
 from relform_ros.odometry import odometry_from_msg
 from relform_ros.sensors import range_bearing
+from relform_ros.team_status import status_from_msg
 from relform_ros.telemetry import reference_from_msg, solver_from_msg, state_from_msg
 
 SAMPLES_KEPT = 8
@@ -46,4 +47,6 @@ def channels(data: FlightData) -> dict[str, Channel]:
         vehicle_topic(vehicle, RANGE_BEARING.name): Channel(partial(take_sightings, vehicle))
         for vehicle in vehicles
     }
+    if config.ground is not None:
+        of_team[controller.status] = Channel(lambda msg: data.take_status(status_from_msg(msg)))
     return of_team | truths | sightings

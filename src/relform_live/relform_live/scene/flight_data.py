@@ -7,6 +7,7 @@ from enum import Enum
 import numpy as np
 
 from relform_core.arrays import Array
+from relform_core.flight_modes import TeamMode
 from relform_core.measurements import Odometry
 from relform_core.names import EstimatorMode, SolverState
 from relform_core.scenario_config import ScenarioConfig
@@ -17,14 +18,17 @@ from relform_core.telemetry import (
     FormationSet,
     ParametersSet,
     PerStep,
+    RequestMade,
     SolverReport,
     TeamReference,
     TeamState,
+    TeamStatus,
 )
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_live.scene.track import Pose, Track, level, turned, yaw_of
 
 LOG_LINES = 40
+ALARMS = frozenset({TeamMode.FAILSAFE, TeamMode.STOPPED})
 
 
 class Severity(Enum):
@@ -66,6 +70,8 @@ class FlightData:
         self.state: PerStep[TeamState] | None = None
         self.reference: PerStep[TeamReference] | None = None
         self.solver: PerStep[SolverReport] | None = None
+        self.status: TeamStatus | None = None
+        """Only of flights from the ground."""
         self.fallbacks = 0
         """Control steps of this flight in which the solver was seen to fall back."""
         self.sightings: dict[str, Sighting] = {}
@@ -114,6 +120,17 @@ class FlightData:
                 text = f"solver fell back: {solver.fallback_reason}"
                 self.note(report.stamp_ns, text, Severity.WARNING)
 
+    def take_status(self, status: PerStep[TeamStatus]) -> None:
+        """What the team does between the ground and the air."""
+        before, team = self.status, status.value
+        self.status = team
+        if before is None or before.mode is not team.mode:
+            severity = Severity.ERROR if team.mode in ALARMS else Severity.NOTE
+            reason = f": {team.reason}" if team.reason else ""
+            self.note(status.stamp_ns, f"team {team.mode}{reason}", severity)
+        if team.refused and (before is None or before.refused != team.refused):
+            self.note(status.stamp_ns, team.refused, Severity.WARNING)
+
     def take_sightings(self, vehicle: str, bearings: RangeBearings) -> None:
         """Whom a vehicle sees."""
         self.sightings[vehicle] = Sighting(bearings.stamp_ns, frozenset(bearings.by_target))
@@ -127,6 +144,8 @@ class FlightData:
             case ParametersSet(changes):
                 values = ", ".join(f"{key} = {value}" for key, value in changes.items())
                 self.note(event.stamp_ns, f"{source}: {values}")
+            case RequestMade(request):
+                self.note(event.stamp_ns, f"{request.value.replace('_', ' ')} requested")
             case FaultReported(description):
                 self.note(event.stamp_ns, f"{source}: {description}", Severity.ERROR)
 
@@ -134,7 +153,7 @@ class FlightData:
         """Forget everything; another part of the flight follows."""
         for track in (*self.truths.values(), *self.estimates.values(), self.leader_reference):
             track.clear()
-        self.state = self.reference = self.solver = None
+        self.state = self.reference = self.solver = self.status = None
         self.fallbacks = 0
         self.sightings.clear()
         self.log.clear()

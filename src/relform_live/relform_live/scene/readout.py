@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relform_core.flight_modes import TeamMode
 from relform_core.names import EstimatorMode, SolverState
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_live.scene.colours import css, of_errors
-from relform_live.scene.flight_data import FlightData, LogLine, Severity
+from relform_live.scene.flight_data import ALARMS, FlightData, LogLine, Severity
 from relform_live.scene.stage import Stage
 
 _GOOD, _WARNING, _BAD = "#26a69a", "#ffb300", "#e53935"
@@ -27,15 +28,13 @@ def readout(data: FlightData, stage: Stage, stamp_ns: int, rate: float | None) -
         stamp_ns: instant that is shown.
         rate: simulation time by wall time; None: not known.
     """
-    state = None if data.state is None else data.state.value
-    phase = "" if state is None else html.escape(state.phase)
     speed = "" if rate is None else f"{rate:.1f} × real time"
     return (
         '<div style="padding:0 0.9em;font-size:0.85em;line-height:1.5">'
         '<div style="display:flex;align-items:baseline;gap:0.8em">'
         f'<span style="font-size:1.7em;font-variant-numeric:tabular-nums">'
         f"{stamp_ns / NANOSECONDS_PER_SECOND:.1f} s</span>"
-        f'<span style="font-size:1.2em">phase {phase}</span>'
+        f'<span style="font-size:1.2em">{_doing(data)}</span>'
         f'<span style="margin-left:auto;opacity:0.6">{speed}</span></div>'
         f"{_table(_team_rows(data))}{_vehicle_table(data, stage)}</div>"
     )
@@ -55,6 +54,16 @@ def log_text(lines: Sequence[LogLine]) -> str:
 def waiting(text: str) -> str:
     """A notice in place of the numbers."""
     return f'<div style="padding:0.5em 0.9em">{html.escape(text)}</div>'
+
+
+def _doing(data: FlightData) -> str:
+    """What the team does, in a few words."""
+    phase = "" if data.state is None else f"phase {html.escape(data.state.value.phase)}"
+    if data.status is None:
+        return phase
+    mode = data.status.mode
+    colour = _BAD if mode in ALARMS else _GOOD
+    return _chip(str(mode), colour) + (f" {phase}" if mode is TeamMode.FLYING else "")
 
 
 def _team_rows(data: FlightData) -> list[tuple[str, str]]:
@@ -87,7 +96,8 @@ def _vehicle_table(data: FlightData, stage: Stage) -> str:
         others = data.config.targets_of[vehicle]
         seen = sum(data.sees(vehicle, other) for other in others)
         rows.append(
-            f'<tr><td><span style="color:{css(colour)}">●</span> {html.escape(vehicle)}</td>'
+            f'<tr><td><span style="color:{css(colour)}">●</span> {html.escape(vehicle)}'
+            f"{_mode(data, vehicle)}</td>"
             f"{_number(error)}{_number(_estimate_error(data, vehicle))}"
             f'<td style="text-align:right;color:{"inherit" if seen == len(others) else _WARNING}">'
             f"{seen} of {len(others)}</td></tr>"
@@ -99,6 +109,13 @@ def _vehicle_table(data: FlightData, stage: Stage) -> str:
         )
     )
     return f'<table style="width:100%;margin-top:0.4em"><tr>{heads}</tr>{"".join(rows)}</table>'
+
+
+def _mode(data: FlightData, vehicle: str) -> str:
+    if data.status is None or vehicle not in data.status.vehicle_modes:
+        return ""
+    mode = data.status.vehicle_modes[vehicle].name.lower().replace("_", " ")
+    return f' <span style="opacity:0.6">{mode}</span>'
 
 
 def _estimate_error(data: FlightData, vehicle: str) -> float | None:

@@ -42,10 +42,12 @@ class ShownTime:
         walls, stamps = (np.array(each, dtype=np.float64) for each in zip(*self._arrivals, strict=True))
         newest = self._arrivals[-1][1]
         shown = newest
-        if len(walls) > 2:
-            rate, at_last = np.polyfit(walls - walls[-1], stamps - newest, 1)
+        from_mean, behind = walls - walls.mean(), stamps - newest
+        if (spread := float(from_mean @ from_mean)) > 0.0:  # else all came in one burst
+            rate = from_mean @ behind / spread
             interval = (stamps[-1] - stamps[0]) / (len(stamps) - 1)
-            shown = newest + round(rate * (now - walls[-1]) + at_last - DELAY_INTERVALS * interval)
+            line = behind.mean() + rate * (now - walls.mean())
+            shown = newest + round(line - DELAY_INTERVALS * interval)
         self._shown_ns = min(newest, max(shown, self._shown_ns or 0))
         return self._shown_ns
 

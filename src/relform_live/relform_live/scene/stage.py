@@ -5,12 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relform_bringup.scene.path_ahead import PathAhead
 from relform_core.arrays import Array
+from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_live.scene import colours
 from relform_live.scene.colours import Colours
 from relform_live.scene.flight_data import FlightData
 from relform_live.scene.track import Track, turned, yaw_of
 from relform_live.scene.trail import Trail
+
+AHEAD_POINTS = 60
+AHEAD_SPACING_NS = NANOSECONDS_PER_SECOND // 10
+AHEAD_EVERY = 5
+"""Control steps after which the path ahead is looked up again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +50,8 @@ class Picture:
     targets: Array | None
     """Where the reference wants the vehicles, in team order, in {n} [m], shape (vehicle, 3)."""
     links: Links | None
+    ahead: Array
+    """The path of the leader's reference, as far as it is known, in {n} [m], shape (AHEAD_POINTS, 3)."""
 
 
 class Stage:
@@ -61,6 +70,9 @@ class Stage:
         )
         """The pairs of vehicles that may see each other."""
         self._shown_ns = -1
+        self._path = PathAhead(data.config)
+        self._ahead = np.zeros((AHEAD_POINTS, 3))
+        self._ahead_step = -AHEAD_EVERY
 
     def picture(self, stamp_ns: int) -> Picture:
         """The scene at an instant; the trails grow up to it, or begin again if it is earlier than before."""
@@ -77,6 +89,7 @@ class Stage:
             _poses(self._data.estimates, stamp_ns),
             self._targets(stamp_ns),
             links,
+            self._path_ahead(),
         )
 
     def clear(self) -> None:
@@ -104,6 +117,18 @@ class Stage:
             for a, b in self.edges
         ]
         return colours.of_errors(np.array(worst, dtype=np.float64))
+
+    def _path_ahead(self) -> Array:
+        """From the leader's reference on; all points are the reference where nothing is known to be ahead."""
+        if (reference := self._data.reference) is None:
+            return self._ahead
+        if not 0 <= reference.step - self._ahead_step < AHEAD_EVERY:
+            self._ahead_step = reference.step
+            poses = self._path.after(reference.step, reference.value, AHEAD_SPACING_NS, AHEAD_POINTS)
+            places = [pose.p_NB_N for _, pose in poses] or [reference.value.p_NB_N]
+            places += [places[-1]] * (AHEAD_POINTS - len(places))
+            self._ahead = np.array(places)
+        return self._ahead
 
     def _targets(self, stamp_ns: int) -> Array | None:
         """The leader's reference, and the places of the formation around the leader as it flies."""

@@ -11,7 +11,7 @@ from relform_core.arrays import Array
 from relform_core.constraints_config import BoxObstacle, Obstacle, SphereObstacle
 from relform_live.scene import colours, quadrotor_mesh
 from relform_live.scene.quadrotor_mesh import Mesh
-from relform_live.scene.stage import Picture, Poses, Stage
+from relform_live.scene.stage import AHEAD_POINTS, Picture, Poses, Stage
 from relform_live.scene.track import level
 from relform_live.scene.trail import Trail
 
@@ -21,6 +21,7 @@ ARM_MIN = 0.12
 LABEL_HEIGHT = 0.22
 """Of a name above its vehicle [m]."""
 TARGET_RADIUS = 0.05
+AHEAD_COLOUR = (236, 190, 90)
 HEIGHT_COLOUR = (110, 118, 128)
 GROUND_M = 400.0
 TRAIL_EVERY = 3
@@ -98,6 +99,10 @@ class World:
             np.zeros((len(stage.edges), 2, 3), dtype=np.uint8),
             thickness=1.5, thickness_units="screen", visible=False,
         )  # fmt: skip
+        self._ahead = scene.add_line_segments(
+            f"{ROOT}/ahead", np.zeros((AHEAD_POINTS // 2, 2, 3)), AHEAD_COLOUR,
+            thickness=2.0, thickness_units="screen", visible=False,
+        )  # fmt: skip
         self._targets = [
             scene.add_icosphere(
                 f"{ROOT}/targets/{name}", TARGET_RADIUS, color=tuple(colour), opacity=0.6, subdivisions=1,
@@ -119,6 +124,9 @@ class World:
             target.visible = shown.targets and picture.targets is not None
             if picture.targets is not None:
                 target.position = picture.targets[index]
+        self._ahead.visible = shown.targets and picture.targets is not None
+        if self._ahead.visible:
+            self._ahead.points = single(picture.ahead.reshape(-1, 2, 3))  # every other piece: a dashed line
         self._draw_links(picture)
         self._draw_trails(picture)
         leading = truth or picture.estimate
