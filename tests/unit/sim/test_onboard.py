@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from relform_core.flight_modes import Request, VehicleMode
+from relform_core.ground_config import GroundConfig
 from relform_core.load import load_scenario
 from relform_core.measurements import RotorCommand
 from relform_core.sensors.imu import Imu
@@ -327,3 +329,70 @@ def test_within_an_interval_bad_commands_are_refused_and_early_ones_kept() -> No
     assert computer.update(3 * PERIOD_NS + 5_000_000, [command(2), command(4)]) is None
     assert computer.counts.rejected == 1
     assert computer.rotor_speeds(4 * PERIOD_NS, [], readings()) == flown(4, 0)
+
+
+def from_the_ground(height: float = 2.0) -> Onboard:
+    return Onboard(VEHICLE, 0.05, GroundConfig(), height)
+
+
+def asks(step: int, request: Request) -> RotorCommand:
+    return command(step, n_predicted=0, request=request)
+
+
+def test_on_the_ground_motors_are_off_or_idle_without_any_command() -> None:
+    computer = from_the_ground()
+    assert computer.rotor_speeds(0, [], readings()).tolist() == [0.0] * 4
+    idle = [VEHICLE.rotor_speed_min] * 4
+    assert computer.rotor_speeds(PERIOD_NS, [asks(1, Request.ARM)], readings()).tolist() == idle
+    for step in range(2, 60):  # longer than any plan
+        assert computer.rotor_speeds(step * PERIOD_NS, [], readings()).tolist() == idle
+    assert computer.mode is VehicleMode.ARMED
+    assert computer.counts == OnboardCounts(missing=59)
+
+
+def test_a_request_that_makes_no_sense_is_counted_and_named() -> None:
+    computer = from_the_ground()
+    for step in range(3):
+        assert computer.rotor_speeds(step * PERIOD_NS, [command(step)], readings()).tolist() == [0.0] * 4
+    assert (computer.mode, computer.reason) == (VehicleMode.IDLE, "refuses to fly while idle")
+    assert computer.counts == OnboardCounts(refused=3)
+
+
+def test_a_stop_acts_as_it_arrives_even_if_it_is_for_later() -> None:
+    computer = from_the_ground()
+    computer.rotor_speeds(0, [asks(0, Request.ARM)], readings())
+    assert computer.rotor_speeds(PERIOD_NS, [asks(5, Request.STOP)], readings()).tolist() == [0.0] * 4
+    assert (computer.mode, computer.reason) == (VehicleMode.STOPPED, "asked to stop")
+
+
+def flying() -> Onboard:
+    """That has climbed to where the sonar of ``readings`` is, and has flown the command of step 3."""
+    computer = from_the_ground(height=2.5)
+    for step, request in enumerate((Request.ARM, Request.TAKE_OFF, Request.HOVER)):
+        computer.rotor_speeds(step * PERIOD_NS, [asks(step, request)], readings())
+    assert computer.rotor_speeds(3 * PERIOD_NS, [command(3)], readings()) == flown(3, 0)
+    return computer
+
+
+def test_nonsense_in_flight_leaves_the_plan_in_force_until_it_is_over() -> None:
+    computer = flying()
+    for later in (1, 2, 3):
+        step = 3 + later
+        speeds = computer.rotor_speeds(step * PERIOD_NS, [asks(step, Request.ARM)], readings())
+        assert speeds == flown(3, later)
+        assert (computer.mode, computer.reason) == (VehicleMode.FLYING, "refuses to arm while flying")
+    computer.rotor_speeds(7 * PERIOD_NS, [asks(7, Request.ARM)], readings())
+    assert computer.mode is VehicleMode.FAILSAFE
+    assert computer.counts == OnboardCounts(refused=4, replayed=3, failsafe=1)
+
+
+def test_a_failsafe_in_the_air_ends_with_new_commands() -> None:
+    computer = flying()
+    for step in range(4, 8):
+        computer.rotor_speeds(step * PERIOD_NS, [], readings())
+    assert (computer.mode, computer.reason) == (
+        VehicleMode.FAILSAFE,
+        "no command came, and the plan of the last one is over",
+    )
+    assert computer.rotor_speeds(8 * PERIOD_NS, [command(8)], readings()) == flown(8, 0)
+    assert computer.mode is VehicleMode.FLYING
