@@ -36,16 +36,16 @@ class Count:
 
 
 COUNTS = (
-    Count("failsafe", Level.ERROR, "{n} intervals without a plan: the vehicle sinks on its own sensors"),
+    Count("failsafe", Level.ERROR, "intervals without a plan: {n}, the vehicle sinks on its own sensors"),
     Count("disarmed", Level.ERROR, "motors off for good"),
     Count("hovered", Level.STALE, "no command has arrived yet, the vehicle hovers"),
-    Count("replayed", Level.WARN, "{n} intervals on the plan of an earlier command"),
-    Count("rejected", Level.WARN, "{n} commands rejected"),
-    Count("refused", Level.WARN, "{n} intervals with a request that the mode does not allow"),
-    Count("requests.refused", Level.WARN, "{n} requests refused"),
-    Count("real_time.skipped_steps", Level.WARN, "{n} steps skipped"),
-    Count("real_time.incomplete_steps", Level.WARN, "{n} steps without all messages"),
-    Count("real_time.missed_steps.", Level.WARN, "{name} missed {n} steps"),
+    Count("replayed", Level.WARN, "intervals on the plan of an earlier command: {n}"),
+    Count("rejected", Level.WARN, "rejected commands: {n}"),
+    Count("refused", Level.WARN, "intervals with a request that the mode does not allow: {n}"),
+    Count("requests.refused", Level.WARN, "refused requests: {n}"),
+    Count("real_time.skipped_steps", Level.WARN, "skipped steps: {n}"),
+    Count("real_time.incomplete_steps", Level.WARN, "steps without all messages: {n}"),
+    Count("real_time.missed_steps.", Level.WARN, "steps that {name} missed: {n}"),
 )
 ENDED_STEPS = ("solver.solved", "solver.step_limit")
 FALLBACK_STEPS = "solver.fallback"
@@ -70,7 +70,7 @@ class Health:
         self._before = values
         findings = [*_of_counts(grown), *_of_solver(grown, values), *_of_controller(values)]
         if n := grown["rejected messages"]:
-            findings.append((Level.WARN, f"rejected {n} messages, the last: {last_rejected}"))
+            findings.append((Level.WARN, f"rejected messages: {n}, the last: {last_rejected}"))
         findings.sort(key=lambda finding: BY_WEIGHT.index(finding[0]), reverse=True)
         level = findings[0][0] if findings else Level.OK
         return level, "; ".join(text for _, text in findings)
@@ -93,7 +93,10 @@ def _of_solver(grown: Mapping[str, int], values: Mapping[str, object]) -> Iterat
     if n := grown.get(FALLBACK_STEPS, 0):
         none_other = not any(grown.get(key, 0) for key in ENDED_STEPS)
         reason = values.get("solver.last_fallback_reason", "")
-        yield Level.ERROR if none_other else Level.WARN, f"{n} steps fell back to the plan before: {reason}"
+        yield (
+            Level.ERROR if none_other else Level.WARN,
+            f"steps that fell back to the plan before: {n}, {reason}",
+        )
 
 
 def _of_controller(values: Mapping[str, object]) -> Iterator[Finding]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from relform_core.health import Health, Level
+from relform_core.health import COUNTS, Health, Level
 from relform_sim.onboard import OnboardCounts
 
 VEHICLE = vars(OnboardCounts())
@@ -40,12 +40,12 @@ def test_a_vehicle_recovers_from_lost_commands() -> None:
         VEHICLE | {"replayed": 24, "failsafe": 5},
     )
     assert levels == [
-        (Level.WARN, "4 intervals on the plan of an earlier command"),
+        (Level.WARN, "intervals on the plan of an earlier command: 4"),
         (Level.OK, ""),
         (
             Level.ERROR,
-            "5 intervals without a plan: the vehicle sinks on its own sensors; "
-            "20 intervals on the plan of an earlier command",
+            "intervals without a plan: 5, the vehicle sinks on its own sensors; "
+            "intervals on the plan of an earlier command: 20",
         ),
     ]
 
@@ -56,8 +56,8 @@ def test_fallbacks_of_the_solver_are_a_warning_and_an_error_if_there_is_nothing_
     only = some | {"solver.fallback": 23}
     assert judged(CONTROLLER, some, only, only) == [
         (Level.OK, ""),
-        (Level.WARN, "3 steps fell back to the plan before: not finite"),
-        (Level.ERROR, "20 steps fell back to the plan before: not finite"),
+        (Level.WARN, "steps that fell back to the plan before: 3, not finite"),
+        (Level.ERROR, "steps that fell back to the plan before: 20, not finite"),
         (Level.OK, ""),
     ]
 
@@ -101,7 +101,7 @@ def test_rejected_messages_are_a_warning_until_none_is_rejected() -> None:
     health = Health()
     assert health.judge({}, 2, "/leader/imu: not finite") == (
         Level.WARN,
-        "rejected 2 messages, the last: /leader/imu: not finite",
+        "rejected messages: 2, the last: /leader/imu: not finite",
     )
     assert health.judge({}, 2, "/leader/imu: not finite") == (Level.OK, "")
 
@@ -112,4 +112,8 @@ def test_steps_that_members_missed_are_named() -> None:
         {f"{missed}/leader/quadrotor": 0, f"{missed}/recorder": 0},
         {f"{missed}/leader/quadrotor": 2, f"{missed}/recorder": 0},
     )
-    assert levels[1] == (Level.WARN, "/leader/quadrotor missed 2 steps")
+    assert levels[1] == (Level.WARN, "steps that /leader/quadrotor missed: 2")
+
+
+def test_vehicles_count_what_is_judged() -> None:
+    assert {count.key for count in COUNTS if "." not in count.key} <= VEHICLE.keys()
