@@ -225,3 +225,8 @@ def test_settling_time(errors: list[float], expected: float) -> None:
     steady = np.arange(6) >= 4
     assert settling_time(times, np.array(errors), steady) == pytest.approx(expected)
     assert np.isnan(settling_time(times, np.array(errors), np.zeros(6, dtype=bool)))
+
+
+def test_an_error_that_is_larger_at_the_end_has_not_settled() -> None:
+    steady = np.array([False, True, True, False])
+    assert np.isnan(settling_time(np.arange(4) * 0.05, np.array([0.5, 0.1, 0.2, 0.3]), steady))

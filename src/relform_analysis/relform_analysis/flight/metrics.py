@@ -261,12 +261,13 @@ def settling_time(times: Array, errors: Array, steady: Mask) -> float:
         errors: at these, shape (K,).
         steady: whether they are in the steady window, shape (K,).
     Returns:
-        NaN if there is no steady window.
+        NaN if there is no steady window, or if the error is larger to the end: the flight ended after it.
     """
     if not steady.any():
         return np.nan
     larger = np.flatnonzero(errors > errors[steady].max())
-    return float(times[larger[-1] + 1] - times[0]) if larger.size else 0.0
+    settled = larger[-1] + 1 if larger.size else 0
+    return float(times[settled] - times[0]) if settled < len(times) else np.nan
 
 
 def separation_min(p_NB_N: Array) -> float:
