@@ -20,15 +20,15 @@ from pathlib import Path
 from rich.console import Console
 
 from relform_analysis.flight.real_time import RealTimeMetrics, real_time_metrics
-from relform_analysis.flight.summary import Outcome
+from relform_analysis.flight.summary import Ending, Outcome
 from relform_analysis.sweep.plan import load_variants
 from relform_bringup.create_folder import create_run_folder
 from relform_bringup.flight import Flight, check_installation
 from relform_bringup.interruption import interruption_noted
-from relform_core.errors import ConfigError, FlightError
+from relform_core.errors import ConfigError
 from relform_core.load import LoadedScenario, load_scenario
 from relform_core.ros_domain import claimed_domain
-from relform_core.script import CommandParser, command, positive
+from relform_core.script import CommandParser, command, positive, print_error
 
 ENDLESS = "import os\nos.sched_setaffinity(0, {max(os.sched_getaffinity(0))})\nwhile True: pass"
 """A program that keeps one core busy."""
@@ -72,12 +72,8 @@ def scenario_at(rate: int, scenario: str, duration: float, overrides: Sequence[s
     return load_scenario(scenario, [*rates[name], "pacing=real_time", lasts, *overrides])
 
 
-def measure(scenario: LoadedScenario, case: Case) -> RealTimeMetrics:
-    """Fly once, recorded.
-
-    Raises:
-        FlightError: the flight did not reach its end.
-    """
+def measure(scenario: LoadedScenario, case: Case) -> tuple[RealTimeMetrics | None, Ending]:
+    """Fly once, recorded; returns what its nodes reported, and how it ended."""
     with (
         interruption_noted() as interruption,
         claimed_domain() as domain,
@@ -87,10 +83,7 @@ def measure(scenario: LoadedScenario, case: Case) -> RealTimeMetrics:
         folder = create_run_folder(scenario, Path(at) / "flight", datetime.now())
         flight = Flight(scenario, folder, True, case.composed, domain, interruption)
         flown = flight.fly(Console(quiet=True))
-        metrics = real_time_metrics(flown.log)
-    if flown.ending.outcome is not Outcome.COMPLETED or metrics is None:
-        raise FlightError(f"the flight ended early: {flown.ending.reason}")
-    return metrics
+    return real_time_metrics(flown.log), flown.ending
 
 
 @contextmanager
@@ -123,19 +116,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1) as pool:
         for case in cases:
             scenario = scenarios[case.rate]
-            metrics = pool.submit(measure, scenario, case).result()
+            metrics, ending = pool.submit(measure, scenario, case).result()
             print(f"| {' | '.join(_row(case, scenario, metrics))} |", flush=True)
+            if ending.outcome is not Outcome.COMPLETED:
+                print_error(f"this flight ended after {ending.flown:.2f} s: {ending.reason}")
     return 0
 
 
-def _row(case: Case, scenario: LoadedScenario, metrics: RealTimeMetrics) -> Iterator[str]:
+def _row(case: Case, scenario: LoadedScenario, metrics: RealTimeMetrics | None) -> Iterator[str]:
     yield str(case.rate)
     yield "one for all nodes" if case.composed else "one per node"
     yield "one core busy" if case.busy else "idle"
-    for ages in (metrics.commands, metrics.measurements):
+    for ages in (None, None) if metrics is None else (metrics.commands, metrics.measurements):
         values = (float("nan"),) * 3 if ages is None else (ages.median, ages.percentile_99, ages.most)
         yield " / ".join(f"{value:.1f}" for value in values)
-    yield _missed(metrics.missed_steps)
+    yield _missed({} if metrics is None else metrics.missed_steps)
     yield str(scenario.config.n_steps + 1)
 
 
