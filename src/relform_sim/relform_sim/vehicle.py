@@ -14,6 +14,7 @@ import numpy as np
 from relform_core.arrays import Array
 from relform_core.errors import FlightError
 from relform_core.events_config import ThrustScale, Wind
+from relform_core.flight_modes import VehicleMode
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.randomness import Stream, Streams
 from relform_core.scenario_config import ScenarioConfig
@@ -95,6 +96,11 @@ class Vehicle:
         """How often the vehicle flew without a fresh command."""
         return self._onboard.counts
 
+    @property
+    def mode(self) -> VehicleMode:
+        """What the vehicle has done until the step that it is at."""
+        return self._onboard.mode
+
     def set_limits(self, config: VehicleConfig) -> None:
         """Apply other limits of the failsafe and of the tilt, and nothing else, from the next step on."""
         self._limits = config
@@ -122,7 +128,7 @@ class Vehicle:
         if step > 0:
             self._fly_interval(step - 1, command)
         truth = self._plant.odometry(self._stamp_ns(step))
-        self._contact.update(truth, self._onboard.mode, touches=self._plant.touches_ground)
+        self._contact.update(truth, self.mode, touches=self._plant.touches_ground)
         return truth
 
     def measure(self, step: int, ground_truth: Mapping[str, Odometry]) -> VehicleMeasurements:
@@ -145,7 +151,7 @@ class Vehicle:
             )
             self._link.up.send(stamp_ns, (APPLIED_ROTOR_SPEEDS, report))
         if self._config.ground is not None:
-            status = FlightStatus(stamp_ns, self._onboard.mode, self._onboard.reason)
+            status = FlightStatus(stamp_ns, self.mode, self._onboard.reason)
             self._link.up.send(stamp_ns, (FLIGHT_STATUS, status))
         return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
 
