@@ -195,6 +195,15 @@ def test_followers_change_places_around_each_other() -> None:
     assert np.linalg.norm(np.diff(places, 2, axis=0), axis=2).max() / 0.05**2 < 1.01
 
 
+def test_the_same_request_on_a_way_around_changes_nothing() -> None:
+    once, twice = FormationSchedule(config_with()), FormationSchedule(config_with())
+    for schedule in (once, twice):
+        request(schedule, SWAPPED)
+        follow(schedule, range(30))
+    twice.request(SWAPPED)
+    np.testing.assert_array_equal(flown(once, 30, 60), flown(twice, 30, 60))
+
+
 def test_references_of_all_pairs_agree_on_a_way_around() -> None:
     schedule = FormationSchedule(config_with())
     request(schedule, SWAPPED)

@@ -19,24 +19,25 @@ EXPLICIT: dict[str, Vector3] = {"follower_1": (-1.5, 0.75, 0.25), "follower_2": 
 
 
 def test_a_formation_by_name() -> None:
-    wide = FormationRequest(name="wide").formation(CONFIG, PRESENT)
+    wide = FormationRequest(name="wide").formation(CONFIG)
     assert wide == {"follower_1": (-1.0, -0.75, -0.5), "follower_2": (-1.0, 0.75, -0.5)}
 
 
 def test_a_formation_as_a_shape() -> None:
     """Behind the leader, and 30 degrees lower."""
     request = FormationRequest(shape="{kind: column, spacing_m: 1.2, slope_deg: 30}")
-    found = request.formation(CONFIG, PRESENT)
+    found = request.formation(CONFIG)
     assert found == {"follower_1": (-1.0392, 0.0, -0.6), "follower_2": (-2.0785, 0.0, -1.2)}
 
 
 def test_a_formation_place_by_place() -> None:
-    assert FormationRequest(places=EXPLICIT).formation(CONFIG, PRESENT) == EXPLICIT
+    other_order = dict(reversed(EXPLICIT.items()))
+    assert list(FormationRequest(places=other_order).formation(CONFIG).items()) == list(EXPLICIT.items())
 
 
 def test_followers_that_may_take_any_place_take_the_near_ones() -> None:
     """Each place is across: as they are, the followers would fly 1.25 m and 1 m to the other side."""
-    found = FormationRequest(places=EXPLICIT, assign=True).formation(CONFIG, PRESENT)
+    found = assigned(EXPLICIT, PRESENT[1:])
     assert found == {"follower_1": EXPLICIT["follower_2"], "follower_2": EXPLICIT["follower_1"]}
 
 
@@ -67,7 +68,7 @@ def test_no_other_assignment_is_shorter(present: list[Vector3], places: list[Vec
     [
         (FormationRequest(), "set_formation needs exactly one of name, shape and formation (got none)"),
         (
-            FormationRequest(name="wide", places=EXPLICIT, assign=True),
+            FormationRequest(name="wide", places=EXPLICIT),
             "set_formation needs exactly one of name, shape and formation (got name and formation)",
         ),
         (FormationRequest(name="wyde"), "unknown formation 'wyde', known are initial, wide"),
@@ -90,7 +91,7 @@ def test_no_other_assignment_is_shorter(present: list[Vector3], places: list[Vec
 )
 def test_refusals(request_: FormationRequest, problem: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        request_.formation(CONFIG, PRESENT)
+        request_.formation(CONFIG)
     assert str(caught.value).startswith(problem)
     assert "\n" not in str(caught.value)
 

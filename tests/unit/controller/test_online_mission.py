@@ -182,3 +182,28 @@ def test_a_formation_that_gets_to_the_ground_is_refused() -> None:
         flown.mission.set_formation(low)
     flown.rest()
     assert flown.mission.formation["follower_1"] == (-1.0, -0.5, -0.5)
+
+
+def test_a_change_of_formation_through_an_obstacle_is_refused() -> None:
+    """The ball is 0.5 m from both followers, in the middle between them."""
+    x, y, z = POSES.p_NB_N + (-math.cos(0.4), -math.sin(0.4), -0.5)
+    flown = Flown(f"obstacles=[{{kind: sphere, center_m: [{x}, {y}, {z}], radius_m: 0.2}}]")
+    flown.rest()
+    across = {"follower_1": (-1.0, 1.5, -0.5), "follower_2": (-2.0, 0.5, -0.5)}
+    with pytest.raises(ConfigError, match=r"'follower_1' would come within 0\.\d+ m of an obstacle"):
+        flown.mission.check_formation(across)
+    flown.mission.check_formation({"follower_1": (-1.0, -1.5, -0.5), "follower_2": (-1.0, 1.5, -0.5)})
+
+
+def test_a_phase_to_whose_formation_there_is_no_way_keeps_that_of_the_team() -> None:
+    """The followers have changed sides before; places at the collision distance leave no room to go back."""
+    narrow = "{follower_1: [-1.0, -0.25, -0.5], follower_2: [-1.0, 0.25, -0.5]}"
+    swapped = {"follower_1": (-1.0, 0.5, -0.5), "follower_2": (-1.0, -0.5, -0.5)}
+    flown = Flown(f"formations_m.wide={narrow}")
+    flown.rest()
+    flown.mission.start()
+    flown.fly(1.0)
+    flown.mission.set_formation(swapped)
+    while flown.phase() != "E":
+        flown.fly(0.05)
+    assert flown.mission.formation == swapped

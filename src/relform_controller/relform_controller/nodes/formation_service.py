@@ -5,7 +5,7 @@ from collections.abc import Callable
 from rclpy.node import Node
 
 from relform_controller.live_values import LiveControllerValues, by_formation_key
-from relform_controller.reference.formation_request import FormationRequest, answer
+from relform_controller.reference.formation_request import FormationRequest, answer, assigned
 from relform_controller.team_controller import TeamController
 from relform_core.errors import ConfigError, MessageError
 from relform_core.scenario_config import ScenarioConfig
@@ -52,9 +52,10 @@ class FormationService:
 
     def _set(self, request: SetFormation.Request) -> str:
         places = formation_from_msgs(request.formation, self._config.team) if request.formation else None
-        wanted = FormationRequest(request.name, request.shape, places, request.assign)
-        present = self._controller.way_to(self._controller.formation).start
-        formation = wanted.formation(self._config, present)
+        formation = FormationRequest(request.name, request.shape, places).formation(self._config)
+        if request.assign:
+            present = self._controller.way_to(self._controller.formation).start
+            formation = assigned(formation, present[1:])
         self._parameters.change(by_formation_key(formation))
         way = self._controller.way_to(formation)
         return answer(self._next_step(), way, formation if request.assign else None)

@@ -110,7 +110,9 @@ class FormationSchedule:
             asked = self.by_follower if self._requested is None else self._requested[0]
             self._form_up(stamp_ns, self._held, asked)
         elif self._requested is not None:
-            self._begin(stamp_ns, *self._requested)
+            # Vehicles that fly around each other on the way to it continue: no other way was checked.
+            if self._requested[0] != self.by_follower or self._places.detours is None:
+                self._begin(stamp_ns, *self._requested)
         elif phase is not None:
             self._begin(stamp_ns, self._config.formations[phase.formation], phase)
         self._held = self._requested = None

@@ -16,30 +16,21 @@ from relform_core.schema import Vector3
 
 @dataclass(frozen=True)
 class FormationRequest:
-    """Exactly one of the first three says what is wanted; the others are empty."""
+    """Exactly one of these says what is wanted; the others are empty."""
 
     name: str = ""
     """Of a formation of the scenario."""
     shape: str = ""
     """A shape as in a scenario, in YAML."""
     places: Mapping[str, Vector3] | None = None
-    """Position of each follower relative to the leader [m]."""
-    assign: bool = False
-    """Whether each follower may take the place of another one."""
+    """Position of every follower relative to the leader [m]."""
 
-    def formation(self, config: ScenarioConfig, present: Array) -> Mapping[str, Vector3]:
-        """What is wanted: position of each follower relative to the leader [m].
+    def formation(self, config: ScenarioConfig) -> Mapping[str, Vector3]:
+        """What is wanted: position of each follower relative to the leader, in team order [m].
 
-        Args:
-            config: the scenario.
-            present: where all vehicles are in {mc} of the leader, in team order [m], shape (vehicle, 3).
         Raises:
             ConfigError: not exactly one of name, shape and places; an unknown name, or a bad shape.
         """
-        wanted = self._wanted(config)
-        return assigned(wanted, present[1:]) if self.assign else wanted
-
-    def _wanted(self, config: ScenarioConfig) -> Mapping[str, Vector3]:
         given = {"name": bool(self.name), "shape": bool(self.shape), "formation": self.places is not None}
         if sum(given.values()) != 1:
             got = " and ".join(key for key, is_given in given.items() if is_given) or "none"
@@ -48,11 +39,13 @@ class FormationRequest:
             if self.name not in config.formations:
                 known = ", ".join(sorted(config.formations))
                 raise ConfigError(f"unknown formation '{self.name}', known are {known}")
-            return config.formations[self.name]
-        if self.shape:
-            return places_by_follower(shape_from_text(self.shape, "shape"), config.team.followers)
-        assert self.places is not None
-        return self.places
+            places: Mapping[str, Vector3] = config.formations[self.name]
+        elif self.shape:
+            places = places_by_follower(shape_from_text(self.shape, "shape"), config.team.followers)
+        else:
+            assert self.places is not None
+            places = self.places
+        return {follower: places[follower] for follower in config.team.followers}
 
 
 def assigned(formation: Mapping[str, Vector3], present: Array) -> Mapping[str, Vector3]:

@@ -1,5 +1,6 @@
 """The mission of a team in the air on request: hover, fly the phases, go to a place, follow a trajectory."""
 
+import contextlib
 import math
 from collections.abc import Mapping
 
@@ -14,12 +15,15 @@ from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
 from relform_core.errors import ConfigError
 from relform_core.obstacles import clearance
+from relform_core.phases_config import PhaseConfig
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 HOVER, GO_TO, FOLLOW, DESCEND = "(hover)", "(go to)", "(trajectory)", "(descend)"
 """Names in telemetry of what the leader does between the phases of the scenario."""
+_CHANGE_SAMPLES_PER_S = 10.0
+"""Number of instants at which a change of formation is checked, by time."""
 _SAMPLES_PER_S = 20.0
 """Number of points at which the way of the team is checked, by time."""
 
@@ -63,7 +67,8 @@ class OnlineMission:
         """See ``Mission``; no vehicle may get to the ground or into an obstacle on the leader's way."""
         if formation != self.formation:
             self._schedule.check(formation)
-            self._check_way(self._flown, self._elapsed(self._schedule.next_ns), formation)
+            elapsed = self._elapsed(self._schedule.next_ns)
+            self._check_way(self._flown, elapsed, *self._until(formation))
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``."""
@@ -186,8 +191,26 @@ class OnlineMission:
         if index != self._phase:
             phase = self._config.phases[index]
             if phase.formation != self._config.phases[self._phase].formation:
-                self._schedule.request(self._config.formations[phase.formation], phase)
+                self._change_for_phase(phase)
             self._phase, self._doing = index, phase.name
+
+    def _change_for_phase(self, phase: PhaseConfig) -> None:
+        """Change to the formation of a phase; the team keeps its own if no way was found from there."""
+        formation = self._config.formations[phase.formation]
+        with contextlib.suppress(ConfigError):
+            self._schedule.check(formation)
+            self._schedule.request(formation, phase)
+
+    def _until(self, formation: Mapping[str, Vector3]) -> list[Mapping[str, Vector3]]:
+        """Formations on the way to another one, itself included; only itself where there are no obstacles."""
+        change = self._schedule.way_to(formation)
+        if not self._config.obstacles or self._flies_around_obstacles:
+            return [formation]
+        times = np.linspace(0.0, change.duration, 1 + math.ceil(change.duration * _CHANGE_SAMPLES_PER_S))
+        on_the_way = np.moveaxis(change.at(times)[1:, :-1], 1, 0).tolist()
+        followers = self._config.team.followers
+        until = [dict(zip(followers, map(tuple, places), strict=True)) for places in on_the_way]
+        return [*until, formation]
 
     def _check_way(self, path: LeaderPath, since: float, *later: Mapping[str, Vector3]) -> None:
         """Check that no vehicle gets to the ground or into an obstacle.
