@@ -3,6 +3,7 @@
 import inspect
 import math
 import re
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -163,6 +164,24 @@ def test_odometry_roundtrip(odometry: Odometry) -> None:
     assert bits(odometry_wire.odometry_from_msg(message, NAME)) == bits(odometry)
 
 
+@given(ODOMETRY, st.text("abc_ü1", min_size=1, max_size=9))
+def test_serialized_odometry_is_read_like_its_message(odometry: Odometry, vehicle: str) -> None:
+    """Names of all lengths, because the numbers behind them are aligned."""
+    data = serialize_message(odometry_wire.odometry_to_msg(odometry, vehicle))
+    read = odometry_wire.odometry_from_data(data, vehicle)
+    assert bits(read) == bits(odometry)
+    assert all(value.flags.owndata for value in vars(read).values() if isinstance(value, np.ndarray))
+
+
+def test_odometry_in_another_byte_order_is_read_too() -> None:
+    data = serialize_message(odometry_message())
+    text = struct.Struct("<iII4sI21s7x85d")
+    fields = text.unpack_from(data, 4)
+    other = b"\x00\x00\x00\x00" + struct.Struct(text.format.replace("<", ">")).pack(*fields)
+    expected = odometry_wire.odometry_from_data(data, NAME)
+    assert bits(odometry_wire.odometry_from_data(other, NAME)) == bits(expected)
+
+
 @given(ROTOR_COMMAND)
 def test_rotor_command_roundtrip(command: RotorCommand) -> None:
     message = over_the_wire(commands.rotor_command_to_msg(command, NAME))
@@ -245,6 +264,10 @@ KINDS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "applied": (applied_message, lambda message: applied_wire.from_msg(message, NAME, TEAM)),
     "status": (status_message, lambda message: status_wire.from_msg(message, NAME, TEAM)),
     "odometry": (odometry_message, lambda message: odometry_wire.odometry_from_msg(message, NAME)),
+    "odometry data": (
+        odometry_message,
+        lambda message: odometry_wire.odometry_from_data(serialize_message(message), NAME),
+    ),
     "command": (command_message, lambda message: commands.rotor_command_from_msg(message, NAME)),
 }
 NAN, INF = math.nan, math.inf
@@ -331,6 +354,20 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("odometry", "twist.twist.angular.y", NAN, Reason.INVALID, "twist.angular must be finite"),
         ("odometry", "pose.covariance[14]", -1e-9, Reason.INVALID, "pose.covariance must not have negative"),
         ("odometry", "twist.covariance[35]", NAN, Reason.INVALID, "twist.covariance must be finite"),
+        ("odometry data", "header.frame_id", "odom", Reason.FOREIGN, "frame_id must be 'map' (got 'odom')"),
+        ("odometry data", "child_frame_id", "leader/base_link", Reason.FOREIGN, "child_frame_id must be"),
+        ("odometry data", "pose.pose.position.z", NAN, Reason.INVALID, "position must be finite"),
+        ("odometry data", "pose.pose.orientation.x", 2.0, Reason.INVALID, "unit quaternion"),
+        ("odometry data", "twist.twist.linear.y", INF, Reason.INVALID, "twist.linear must be finite"),
+        ("odometry data", "twist.twist.angular.y", NAN, Reason.INVALID, "twist.angular must be finite"),
+        (
+            "odometry data",
+            "pose.covariance[14]",
+            -1e-9,
+            Reason.INVALID,
+            "pose.covariance must not have negative",
+        ),
+        ("odometry data", "twist.covariance[35]", NAN, Reason.INVALID, "twist.covariance must be finite"),
         ("command", "header.frame_id", "follower_2/base_link", Reason.FOREIGN, "frame_id"),
         ("command", "speeds[2]", NAN, Reason.INVALID, "speeds must be finite"),
         ("command", "speeds[2]", -1.0, Reason.INVALID, "speeds must not be negative (got -1 rad/s)"),

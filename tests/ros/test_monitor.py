@@ -36,7 +36,13 @@ class MadeUpPacing:
         self._n_steps = n_steps
         self._decoders: dict[str, Callable[[Any], Stamped]] = {}
 
-    def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
+    def read(
+        self,
+        topic: str,
+        decode: Callable[[Any], Stamped],
+        raw: bool = False,
+        decode_data: Callable[[bytes], Stamped] | None = None,
+    ) -> None:
         assert raw
         self._decoders[topic] = decode
 

@@ -43,7 +43,13 @@ class ScriptedPacing:
         self.finished: list[int] = []
         self._step = 0
 
-    def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
+    def read(
+        self,
+        topic: str,
+        decode: Callable[[Any], Stamped],
+        raw: bool = False,
+        decode_data: Callable[[bytes], Stamped] | None = None,
+    ) -> None:
         assert not raw
         self._decoders[topic] = decode
 

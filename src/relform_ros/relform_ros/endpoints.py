@@ -72,13 +72,18 @@ class Endpoints:
             self._subscriptions[topic] = subscribe_raw(self._node, entry.type, topic, take, entry.qos)
 
     def subscribe(
-        self, topic: str, callback: Callable[[Any], None], take_content: Callable[[Any], None] | None = None
+        self,
+        topic: str,
+        callback: Callable[[Any], None],
+        take_content: Callable[[Any], None] | None = None,
+        take_data: Callable[[bytes], None] | None = None,
     ) -> None:
         """Read a topic.
 
         Args:
             callback: takes the message; a RejectionError that it raises is counted.
             take_content: takes the content of a message of this process instead, if the writer gives it.
+            take_data: takes a message of another process instead, as it was serialized.
         """
 
         def take(message: Any, take_it: Callable[[Any], None] = callback) -> None:
@@ -91,6 +96,10 @@ class Endpoints:
         if self._intra_process.exchanges(entry.writers):
             counted = None if take_content is None else partial(take, take_it=take_content)
             self._intra_process.subscribe(topic, take, counted)
+        elif take_data is not None:
+            self._subscriptions[topic] = subscribe_raw(
+                self._node, entry.type, topic, lambda data, _: take(data, take_data), entry.qos
+            )
         else:
             self._subscriptions[topic] = self._node.create_subscription(
                 entry.type, topic, lambda message: take(message), entry.qos

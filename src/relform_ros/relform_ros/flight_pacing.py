@@ -103,7 +103,13 @@ class FlightPacing(ABC):
         """See ``Pacing``."""
         return self._endpoints.readable
 
-    def read(self, topic: str, decode: Callable[[Any], Stamped], raw: bool = False) -> None:
+    def read(
+        self,
+        topic: str,
+        decode: Callable[[Any], Stamped],
+        raw: bool = False,
+        decode_data: Callable[[bytes], Stamped] | None = None,
+    ) -> None:
         """See ``Pacing``."""
         keep = self._make_inbox(topic, partial(self._endpoints.rejections.count, topic))
 
@@ -113,7 +119,8 @@ class FlightPacing(ABC):
         if raw:
             self._endpoints.subscribe_raw(topic, lambda data, publish_time_ns: take(decode(data)))
         else:
-            self._endpoints.subscribe(topic, lambda msg: take(decode(msg)), take)
+            take_data = None if decode_data is None else lambda data: take(decode_data(data))
+            self._endpoints.subscribe(topic, lambda msg: take(decode(msg)), take, take_data)
 
     def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
         """See ``Pacing``."""

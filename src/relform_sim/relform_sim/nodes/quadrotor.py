@@ -17,7 +17,7 @@ from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
 from relform_ros.make_pacing import make_pacing
-from relform_ros.odometry import odometry_from_msg, odometry_to_msg
+from relform_ros.odometry import odometry_from_data, odometry_from_msg, odometry_to_msg
 from relform_ros.pacing import Pacing, Stamped
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, run_node
@@ -53,7 +53,8 @@ class Quadrotor:
         }
         pacing.read(self._command_topic, partial(rotor_command_from_msg, vehicle=self._name))
         for topic, other in self._truth_topics.items():
-            pacing.read(topic, partial(odometry_from_msg, vehicle=other))
+            decode = partial(odometry_from_msg, vehicle=other)
+            pacing.read(topic, decode, decode_data=partial(odometry_from_data, vehicle=other))
 
     async def run(self) -> None:
         """Fly the scenario.
