@@ -65,7 +65,7 @@ class Recording:
                 self._next[topic] = 0 if is_log else bisect_right(series.stamps_ns, first_ns)
             for each_ns in range(first_ns, stamp_ns, STEP_NS):
                 self._take_in(each_ns)
-                stage.extend_trails(each_ns)
+                stage.advance(each_ns)
         self._take_in(stamp_ns)
         self._now_ns = stamp_ns
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from relform_live.scene.colours import UNSEEN, css, of_errors, of_vehicles
+from relform_live.scene.colours import UNSEEN, css, linear, of_errors, of_vehicles
 from relform_live.scene.history import LENGTH_S, POINTS, History
 from relform_live.scene.quadrotor_mesh import Mesh, box, disc, frame, rotors
 from support.live_flights import nanoseconds
@@ -39,6 +39,10 @@ def test_colours_of_errors() -> None:
     assert tuple(unknown) == UNSEEN
 
 
+def test_linear_colours() -> None:
+    assert linear(np.array([[0, 188, 255]], dtype=np.uint8)).tolist() == [[0, 128, 255]]
+
+
 def test_vehicles_have_colours_for_any_team() -> None:
     assert of_vehicles(16).shape == (16, 3)
     assert len(np.unique(of_vehicles(7), axis=0)) == 7
@@ -49,19 +53,21 @@ def test_history_is_bounded_and_ends_now() -> None:
     for step in range(20 * 60):
         history.add(nanoseconds(step / 20.0), step / 20.0, -step)
     ago, up, down = history.columns
-    assert (ago[0], ago[-1], len(ago)) == (-LENGTH_S, 0.0, POINTS)
-    assert np.diff(ago) == pytest.approx(LENGTH_S / (POINTS - 1))
-    known = ~np.isnan(up)
-    assert known[2:].all()
-    assert up[known] == pytest.approx(59.9 + ago[known])
+    assert (ago[0], ago[-1], len(ago)) == (pytest.approx(-LENGTH_S, abs=0.11), 0.0, POINTS)
+    assert np.diff(ago)[1:] == pytest.approx(LENGTH_S / (POINTS - 1))
+    assert up == pytest.approx(59.9 + ago)
     assert down[-1] == -1198
 
 
 def test_history_begins_again_after_a_jump_back() -> None:
     history = History(1)
-    assert np.isnan(history.columns[1]).all()
     history.add(nanoseconds(50.0), 1.0)
     history.add(nanoseconds(5.0), 2.0)
-    _, values = history.columns
-    assert np.isnan(values[:-1]).all()
-    assert values[-1] == 2.0
+    history.add(nanoseconds(6.0), 3.0)
+    ago, values = history.columns
+    assert (ago[0], values[0]) == (-1.0, 2.0)  # several times
+    assert values == pytest.approx(3.0 + ago)
+
+
+def test_history_without_values_can_be_drawn() -> None:
+    assert np.isfinite(History(2).columns).all()

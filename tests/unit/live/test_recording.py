@@ -79,6 +79,7 @@ def test_after_a_jump_all_is_as_if_played_until_there(recording: Recording, befo
     assert trail[-1, 1] == pytest.approx(place_of("follower_2", 25.0), abs=0.15)  # 0.1 s of flight
     assert trail[0, 0] == pytest.approx(place_of("follower_2", 25.0 - 14.9), abs=0.2)
     assert np.linalg.norm(trail[:, 1] - trail[:, 0], axis=1).max() < 0.2  # no line from the place before
+    assert stage.history.columns[0][0] == pytest.approx(-14.9, abs=0.2)
     assert "follower_2: hit the ground" in [line.text for line in recording.data.log]
 
 

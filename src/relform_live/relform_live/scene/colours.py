@@ -39,6 +39,13 @@ def of_errors(errors: Array) -> Colours:
     return np.where(np.isnan(errors)[:, None], UNSEEN, colours).astype(np.uint8)
 
 
+def linear(colours: Colours) -> Colours:
+    """The same colours with intensities that are proportional to light (IEC 61966-2-1)."""
+    encoded = colours / 255.0
+    light = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    return np.round(255.0 * light).astype(np.uint8)
+
+
 def css(colour: npt.ArrayLike) -> str:
     """A colour in the notation of web pages."""
     red, green, blue = (int(channel) for channel in np.asarray(colour))

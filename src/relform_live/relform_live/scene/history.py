@@ -37,13 +37,13 @@ class History:
 
     @property
     def columns(self) -> tuple[Array, ...]:
-        """Time before the newest value [s], always the same; then the series, each of shape (POINTS,).
+        """Time before the newest value [s], then the series, interpolated, each of shape (POINTS,).
 
-        A series is interpolated, and NaN before its first value.
+        Until the series are long enough, their first values stand at the beginning several times, because the
+        plot cannot draw NaN.
         """
-        ago = np.linspace(-LENGTH_S, 0.0, POINTS)
         if not self._times:
-            return ago, *np.full((self._n_series, POINTS), np.nan)
+            return tuple(np.zeros((1 + self._n_series, POINTS)))
         times = np.array(self._times) - self._times[-1]
-        series = np.array(self._rows).T
-        return ago, *(np.interp(ago, times, each, left=np.nan) for each in series)
+        ago = np.maximum(np.linspace(-LENGTH_S, 0.0, POINTS), times[0])
+        return ago, *(np.interp(ago, times, each) for each in np.array(self._rows).T)

@@ -11,6 +11,7 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_live.scene import colours
 from relform_live.scene.colours import Colours
 from relform_live.scene.flight_data import FlightData
+from relform_live.scene.history import History
 from relform_live.scene.track import Track, turned, yaw_of
 from relform_live.scene.trail import Trail
 
@@ -55,7 +56,7 @@ class Picture:
 
 
 class Stage:
-    """Makes pictures of a flight, and keeps the trails of the vehicles."""
+    """Makes pictures of a flight, and keeps the trails of the vehicles and the course of the errors."""
 
     def __init__(self, data: FlightData) -> None:
         team = data.config.team
@@ -64,6 +65,8 @@ class Stage:
         self.colours = colours.of_vehicles(len(self.vehicles))
         """Shape (vehicle, 3)."""
         self.trails = {vehicle: Trail() for vehicle in self.vehicles}
+        self.history = History(2)
+        """Mean formation error and the leader's distance from its reference [m], both true."""
         targets_of = data.config.targets_of
         self.edges = tuple(
             (a, b) for i, a in enumerate(self.vehicles) for b in self.vehicles[i + 1 :] if b in targets_of[a]
@@ -75,9 +78,9 @@ class Stage:
         self._ahead_step = -AHEAD_EVERY
 
     def picture(self, stamp_ns: int) -> Picture:
-        """The scene at an instant; the trails grow up to it, or begin again if it is earlier than before."""
+        """The scene at an instant; see ``advance``."""
         truth = _poses(self._data.truths, stamp_ns)
-        self.extend_trails(stamp_ns)
+        self.advance(stamp_ns)
         links = None
         if truth is not None:
             place = dict(zip(self.vehicles, truth.p_NB_N, strict=True))
@@ -93,18 +96,22 @@ class Stage:
         )
 
     def clear(self) -> None:
-        """Begin the trails again."""
+        """Begin trails and course again."""
+        self.history = History(2)
         for trail in self.trails.values():
             trail.clear()
         self._shown_ns = -1
 
-    def extend_trails(self, stamp_ns: int) -> None:
-        """Let the trails grow up to an instant, or begin again if it is earlier than before."""
+    def advance(self, stamp_ns: int) -> None:
+        """Let trails and course grow up to an instant, or begin again if it is earlier than before."""
         if stamp_ns < self._shown_ns:
             self.clear()
         for vehicle, track in self._data.truths.items():
             for pose in track.between(self._shown_ns, stamp_ns):
                 self.trails[vehicle].add(pose.stamp_ns, pose.p_NB_N)
+        errors, leader = self._data.formation_errors(), self._data.leader_error()
+        if errors and leader is not None:
+            self.history.add(stamp_ns, float(np.mean(list(errors.values()))), leader)
         self._shown_ns = stamp_ns
 
     def _link_colours(self) -> Colours:

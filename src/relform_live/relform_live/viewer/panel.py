@@ -1,6 +1,5 @@
 """The side panel: numbers, a plot, the log, and what to show."""
 
-import numpy as np
 import viser
 from viser import uplot
 
@@ -32,11 +31,10 @@ class Panel:
     def __init__(self, server: viser.ViserServer) -> None:
         gui = server.gui
         self.shown = Shown()
-        self.history = History(2)
         self._frame = 0
         self._numbers = gui.add_html(readout.waiting("waiting for a flight"), order=Place.NUMBERS)
         self._plot = gui.add_uplot(
-            data=self.history.columns,
+            data=History(2).columns,
             series=(
                 uplot.Series(label="s before now"),
                 uplot.Series(label="formation (m)", stroke="#56b4e9", width=1.5, points=NO_POINTS),
@@ -65,12 +63,9 @@ class Panel:
 
     def draw(self, data: FlightData, stage: Stage, stamp_ns: int, rate: float | None) -> None:
         """Show the state of the flight."""
-        errors, leader = data.formation_errors(), data.leader_error()
-        if errors and leader is not None:
-            self.history.add(stamp_ns, float(np.mean(list(errors.values()))), leader)
         if self._frame % EVERY == 0:
             self._numbers.content = readout.readout(data, stage, stamp_ns, rate)
-            self._plot.data = self.history.columns
+            self._plot.data = stage.history.columns
             self._log.content = readout.log_text(data.log)
         self._frame += 1
 

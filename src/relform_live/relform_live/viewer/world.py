@@ -87,7 +87,7 @@ class World:
             for name, colour in zip(stage.vehicles, stage.colours, strict=True)
         ]
         self._tips = scene.add_line_segments(
-            f"{ROOT}/trails/tips", np.zeros((n, 2, 3)), np.repeat(stage.colours[:, None], 2, axis=1),
+            f"{ROOT}/trails/tips", np.zeros((n, 2, 3)), _of_ends(stage.colours),
             thickness=2.0, thickness_units="screen", visible=False,
         )  # fmt: skip
         self._heights = scene.add_line_segments(
@@ -146,7 +146,7 @@ class World:
         self._links.visible = links is not None
         if links is not None:
             self._links.points = single(links.segments)
-            self._links.colors = np.repeat(links.colours[:, None], 2, axis=1)
+            self._links.colors = _of_ends(links.colours)
 
     def _draw_trails(self, picture: Picture) -> None:
         places = None if picture.truth is None or not self.shown.trails else picture.truth.p_NB_N
@@ -186,9 +186,14 @@ def single(values: Array) -> npt.NDArray[np.float32]:
     return values.astype(np.float32)
 
 
+def _of_ends(of_lines: colours.Colours) -> colours.Colours:
+    """Colours for both ends of each line, shape (line, 2, 3): the browser takes them as linear."""
+    return np.repeat(colours.linear(of_lines)[:, None], 2, axis=1)
+
+
 def _add_ground(scene: viser.SceneApi) -> None:
     scene.add_grid(
-        f"{ROOT}/ground", GROUND_M, GROUND_M, cell_size=0.5, section_size=5.0, cell_color=(70, 76, 84),
+        f"{ROOT}/ground", GROUND_M, GROUND_M, cell_size=0.5, section_size=5.0, cell_color=(90, 96, 104),
         section_color=(110, 118, 128), cell_thickness=0.6, section_thickness=1.0, fade_distance=60.0,
     )  # fmt: skip
 
