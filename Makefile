@@ -19,9 +19,9 @@ demo: setup ## fly the paper's scenario (SEED=7, SCENARIO=name or file, CONTROLL
 	@$(PYTHON_IN_VENV) scripts/fly.py --scenario $(SCENARIO) --set controller=$(CONTROLLER) $(if $(SEED),--seed $(SEED)) $(ARGS)
 
 .PHONY: live
-live: setup ## fly as make demo does, and show it in a browser (PORT=8090, and what make demo takes)
+live: setup ## fly by hand in a browser, from the ground (PORT=8090, and what make demo takes)
 	@$(PYTHON_IN_VENV) scripts/live.py $(if $(PORT),--port $(PORT)) --fly \
-		--scenario $(SCENARIO) --set controller=$(CONTROLLER) --real-time $(if $(SEED),--seed $(SEED)) $(ARGS)
+		--scenario $(SCENARIO) --set controller=$(CONTROLLER) --idle $(if $(SEED),--seed $(SEED)) $(ARGS)
 
 .PHONY: test
 test: setup ## run all tests, those without ROS on all cores (some: ARGS="tests/unit -k yaw")
