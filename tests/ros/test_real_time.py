@@ -1,6 +1,9 @@
 """Flights on the wall clock with real processes: they are flown to the end, recorded and replayed."""
 
+import json
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -19,6 +22,7 @@ from support.nodes import Nodes, short
 from support.observer import Observer
 from support.scenarios import paper_scenario
 
+FLY = Path(__file__).parents[2] / "scripts/fly.py"
 FLIGHT_S = 4.0
 STOP_S = 0.5
 SCENARIO = paper_scenario(short(FLIGHT_S), "controller.estimator=team", "pacing=real_time", seed=7)
@@ -92,3 +96,26 @@ def test_the_flight_is_replayed_bit_for_bit(
 ) -> None:
     assert replay([str(flown[0])]) == EQUAL
     assert "every command is equal, bit for bit" in capsys.readouterr().out
+
+
+def test_fly_composes_and_reports_a_flight_in_real_time(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    arguments = [
+        "--scenario",
+        "paper",
+        "--real-time",
+        "--composed",
+        "--out",
+        str(folder),
+        "--set",
+        short(2.0),
+    ]
+    fly = subprocess.run(
+        [sys.executable, str(FLY), *arguments], capture_output=True, text=True, timeout=90, check=False
+    )
+    assert fly.returncode == 0, fly.stderr
+    summary = json.loads((folder / "summary.json").read_text())
+    assert set(summary["real_time"]["missed_steps"]) == set(reported(folder)) - {CLOCK_NODE}
+    assert 0.0 < summary["real_time"]["command_age_median_ms"] <= summary["real_time"]["command_age_max_ms"]
+    assert "command age, 50/99/100 %" in fly.stdout
+    assert replay([str(folder)]) == EQUAL
