@@ -13,10 +13,10 @@ PYTHON = WORKSPACE / ".venv/bin/python"
 EXECUTABLES: dict[str, EntryPoint] = {
     entry.name: entry for entry in entry_points(group="console_scripts") if entry.value.startswith("relform_")
 }
-NODES = ("clock", "composed", "controller", "leader", "player", "quadrotor", "recorder")
+NODES = ("clock", "composed", "controller", "leader", "player", "quadrotor", "recorder", "visualization")
 COMMANDS = (
     "accuracy", "bench", "bench_live", "bench_real_time", "bench_ros", "bench_solver", "bound",
-    "check_playback", "constraints", "export_path", "fly", "foxglove",
+    "check_playback", "constraints", "export_path", "fly", "formation_changes", "foxglove",
     "live", "motions", "paper", "record", "replay", "report", "shapes",
     "sweep",
 )  # fmt: skip

@@ -28,6 +28,6 @@ def sections(page: Path) -> list[list[Block]]:
 
 def make_room(folder: Path) -> Path:
     """A folder in which the commands of a page find what they need, and leave their files."""
-    for name in (".venv", "config", "install", "scripts", "src"):
+    for name in (".venv", "config", "examples", "install", "scripts", "src"):
         (folder / name).symlink_to(WORKSPACE / name)
     return folder

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """An estimator of your own in the loop: raw feedback, with velocities that the prediction smooths.
 
-`.venv/bin/python scripts/examples/own_estimator.py` flies the paper's scenario without and with it.
+`.venv/bin/python examples/own_estimator.py` flies the paper's scenario without and with it.
 """
 
 import dataclasses
