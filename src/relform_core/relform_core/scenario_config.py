@@ -5,7 +5,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -19,7 +19,7 @@ from relform_core.heights import height_problem
 from relform_core.links_config import LinksConfig
 from relform_core.pacing_config import LOCKSTEP, PacingConfig, RealTimePacingConfig
 from relform_core.phases_config import PhaseConfig, path_from_motion
-from relform_core.schema import Label, Name, NonNegative, NonNegativeVector3, Positive, Schema, Vector3
+from relform_core.schema import Label, Name, Schema, Vector3
 from relform_core.sensing_config import CompleteSensing, SensingConfig, sensing_edges
 from relform_core.sensors.applied_rotor_speeds import APPLIED_ROTOR_SPEEDS
 from relform_core.sensors.flight_status import FLIGHT_STATUS
@@ -28,28 +28,11 @@ from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor, Source
 from relform_core.sensors.sonar import SONAR
 from relform_core.sensors_config import SensorsConfig
+from relform_core.simulation_config import LockstepConfig, PlantConfig
 from relform_core.start_config import PLACE_MAX, StartConfig
 from relform_core.team_config import TeamConfig, check_known
 from relform_core.units import seconds_to_ns
 from relform_core.vehicle_config import VehicleConfig
-
-
-class PlantConfig(Schema):
-    """Integration of the true motion of the vehicles."""
-
-    step: Annotated[float, Field(alias="step_s", gt=0.0, le=0.005)]
-    rotor_time_constant: Annotated[NonNegative | None, Field(alias="rotor_time_constant_s")] = None
-    """True lag of the rotors [s]; null: that of the vehicle's configuration, which the controller knows."""
-    drag_coefficient: Annotated[NonNegativeVector3 | None, Field(alias="drag_coefficient_n_s_m")] = None
-    """True linear drag along body x, y, z [N s/m]; null likewise."""
-
-
-class LockstepConfig(Schema):
-    """The barrier that keeps all nodes in the same step."""
-
-    step_timeout: Annotated[Positive, Field(alias="step_timeout_s")]
-    """Wall time that the slowest member may take for one step before the flight ends [s]."""
-    on_vehicle_lost: Literal["abort"]
 
 
 class ScenarioConfig(Schema):

@@ -117,6 +117,7 @@ OPTIONAL = {
     "sensing",
     "estimator",
     "formation_step",
+    "ground",
     "margin_m",
     "links",
     "obstacles",
