@@ -136,7 +136,7 @@ class Driver(threading.Thread):
                 step += 1
             if (stamp_ns := shown.at(now)) is not None:
                 began = time.thread_time()
-                self._page.draw(stamp_ns, shown.rate)
+                self._page.draw(stamp_ns, shown.rate(now))
                 self.cpu_s += time.thread_time() - began
                 self.pictures += 1
             self.ended.wait(max(0.0, start + self.pictures / self._rate_hz - time.monotonic()))

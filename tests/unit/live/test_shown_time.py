@@ -13,7 +13,7 @@ STEP_NS = 50_000_000
 def test_nothing_is_shown_before_the_first_message() -> None:
     shown = ShownTime()
     assert shown.at(3.0) is None
-    assert shown.rate is None
+    assert shown.rate(3.0) is None
 
 
 def test_moves_evenly_though_messages_are_late() -> None:
@@ -28,7 +28,7 @@ def test_moves_evenly_though_messages_are_late() -> None:
         frames.append(shown.at(now))
     moves = np.diff(frames) / 1e9
     assert moves == pytest.approx(1.0 / 15.0, abs=0.004)
-    assert shown.rate == pytest.approx(1.0, rel=0.02)
+    assert shown.rate(109.0) == pytest.approx(1.0, rel=0.02)
 
 
 def test_lags_by_one_and_a_half_intervals() -> None:
@@ -36,7 +36,7 @@ def test_lags_by_one_and_a_half_intervals() -> None:
     for step in range(10):
         shown.arrived(step * STEP_NS, 5.0 + 0.025 * step)  # twice real time
     assert shown.at(5.0 + 0.025 * 9) == pytest.approx(7.5 * STEP_NS)
-    assert shown.rate == pytest.approx(2.0)
+    assert shown.rate(5.3) == pytest.approx(2.0)
 
 
 def test_ends_at_the_newest_message() -> None:
@@ -44,6 +44,7 @@ def test_ends_at_the_newest_message() -> None:
     for step in range(10):
         shown.arrived(step * STEP_NS, 5.0 + 0.05 * step)
     assert shown.at(60.0) == 9 * STEP_NS
+    assert shown.rate(60.0) == 0.0
 
 
 def test_shows_the_newest_of_one_burst() -> None:

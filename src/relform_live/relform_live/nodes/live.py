@@ -54,7 +54,7 @@ class ShownFlight:
         if (newest_ns := self._data.newest_ns) is not None:
             self._time.arrived(newest_ns, now)
         if (stamp_ns := self._time.at(now)) is not None:
-            self._page.draw(stamp_ns, self._time.rate)
+            self._page.draw(stamp_ns, self._time.rate(now))
 
     def close(self) -> None:
         """Take the flight out of the view."""

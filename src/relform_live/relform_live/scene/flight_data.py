@@ -76,6 +76,9 @@ class FlightData:
         """Control steps of this flight in which the solver was seen to fall back."""
         self.sightings: dict[str, Sighting] = {}
         """By observer."""
+        self._errors: dict[tuple[str, str], float] = {}
+        self._errors_known: tuple[int, int] | None = None
+        """Stamps of the reference and of the newest truth of which they are [ns]."""
         self.log: deque[LogLine] = deque(maxlen=LOG_LINES)
 
     def take_truth(self, vehicle: str, odometry: Odometry) -> None:
@@ -154,6 +157,7 @@ class FlightData:
         for track in (*self.truths.values(), *self.estimates.values(), self.leader_reference):
             track.clear()
         self.state = self.reference = self.solver = self.status = None
+        self._errors_known = None
         self.fallbacks = 0
         self.sightings.clear()
         self.log.clear()
@@ -177,12 +181,18 @@ class FlightData:
 
     def formation_errors(self) -> dict[tuple[str, str], float]:
         """True error of each ordered pair at the instant of the reference [m]; empty: not known yet."""
-        if self.reference is None or not all(self.truths.values()):
+        if self.reference is None or (newest_ns := self.newest_ns) is None:
             return {}
-        at = {vehicle: track.at(self.reference.stamp_ns) for vehicle, track in self.truths.items()}
+        known = (self.reference.stamp_ns, newest_ns)
+        if known != self._errors_known:  # several parts of the page ask in each picture
+            self._errors_known, self._errors = known, self._formation_errors(self.reference)
+        return self._errors
+
+    def _formation_errors(self, reference: PerStep[TeamReference]) -> dict[tuple[str, str], float]:
+        at = {vehicle: track.at(reference.stamp_ns) for vehicle, track in self.truths.items()}
         return {
             pair: float(np.linalg.norm(_seen(at[pair[0]], at[pair[1]]) - wanted))
-            for pair, wanted in self.reference.value.formation.items()
+            for pair, wanted in reference.value.formation.items()
         }
 
     def leader_error(self) -> float | None:

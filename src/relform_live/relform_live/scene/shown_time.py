@@ -13,6 +13,8 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 
 WINDOW = 40
 """Arrivals through which the line is fitted."""
+SILENCE_S = 2.0
+"""After this time without a message simulation time counts as standing still."""
 DELAY_INTERVALS = 1.5
 """How far the view is behind, in intervals between arrivals."""
 
@@ -51,10 +53,11 @@ class ShownTime:
         self._shown_ns = min(newest, max(shown, self._shown_ns or 0))
         return self._shown_ns
 
-    @property
-    def rate(self) -> float | None:
-        """Simulation time by wall time; None: not known yet."""
+    def rate(self, now: float) -> float | None:
+        """Simulation time by wall time at a wall time [s]; 0 if nothing arrives; None: not known yet."""
         if len(self._arrivals) < 2:
             return None
         (first, first_ns), (last, last_ns) = self._arrivals[0], self._arrivals[-1]
+        if now > last + SILENCE_S:
+            return 0.0
         return (last_ns - first_ns) / NANOSECONDS_PER_SECOND / max(last - first, 1e-9)
