@@ -161,7 +161,7 @@ def without(folder: Path, lost: Callable[[str, int], bool]) -> Path:
     """The short flight in a bag that lacks some messages, by topic and step."""
     entries = list(read_bag(SHORT_FLIGHT))
     attachments = {entry.name: entry.text for entry in entries if isinstance(entry, BagAttachment)}
-    messages = [entry for entry in entries if isinstance(entry, BagMessage)]
+    messages = [as_installed(entry) for entry in entries if isinstance(entry, BagMessage)]
     with BagWriter(folder, attachments) as writer:
         for topic, type_name in {entry.topic: entry.type_name for entry in messages}.items():
             writer.add_topic(topic, type_name, [])
