@@ -118,6 +118,7 @@ OPTIONAL = {
     "estimator",
     "formation_step",
     "ground",
+    "follower_yaw_max_deg",
     "margin_m",
     "links",
     "obstacles",
