@@ -39,6 +39,7 @@ setup(
     entry_points={
         "console_scripts": [
             "bench_real_time = relform_bringup.real_time_bench:main",
+            "bench_memory = relform_bringup.memory_over_time:main",
             "bench_ros = relform_bringup.cpu_per_step:main",
             "composed = relform_bringup.nodes.composed:main",
             "fly = relform_bringup.command:main",
