@@ -35,7 +35,7 @@ LEAVE_OUT = 20
 """Steps before the end that are not measured."""
 TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 FLY = "fly"
-"""Name of the process that supervises the flight, with the monitor."""
+"""Name of the process that supervises the flight, and shows it."""
 
 
 def cpu_time(pid: int) -> float:
