@@ -22,17 +22,23 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
+def playwright() -> Iterator[Playwright]:
+    """One for all tests: a second one cannot start beside it."""
     with sync_playwright() as playwright:
-        yield from _launch(playwright)
+        yield playwright
 
 
-def _launch(playwright: Playwright) -> Iterator[Browser]:
-    # Root, as which containers run, may not use the sandbox.
-    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
-    browser = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+@pytest.fixture(scope="session")
+def browser(playwright: Playwright) -> Iterator[Browser]:
+    browser = launched(playwright)
     yield browser
     browser.close()
+
+
+def launched(playwright: Playwright, *arguments: str) -> Browser:
+    """A browser; root, as which containers run, may not use its sandbox."""
+    sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
+    return playwright.chromium.launch(executable_path=CHROMIUM, args=[*sandbox, *arguments])
 
 
 def settle(page: Page) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import domain_coordinator
 import pytest
-from playwright.sync_api import Page, Playwright, sync_playwright
+from playwright.sync_api import Page, Playwright
 
 from relform_core.names import EVENTS, EventKind
 from relform_msgs.msg import FormationEvent
@@ -21,7 +21,7 @@ from support.observer import Observer
 from support.ports import free_port
 from support.processes import wait_until
 
-from .conftest import CHROMIUM
+from .conftest import launched
 
 WORKSPACE = Path(__file__).parents[2]
 SOFTWARE_WEBGL = ["--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"]
@@ -73,15 +73,9 @@ def script(environment: dict[str, str], name: str, *arguments: str) -> Iterator[
 
 
 @pytest.fixture(scope="module")
-def page(address: str) -> Iterator[Page]:
-    with sync_playwright() as playwright:
-        yield from opened(playwright, address)
-
-
-def opened(playwright: Playwright, address: str) -> Iterator[Page]:
+def page(playwright: Playwright, address: str) -> Iterator[Page]:
     complaints, requests = [], []
-    sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
-    browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*sandbox, *SOFTWARE_WEBGL])
+    browser = launched(playwright, *SOFTWARE_WEBGL)
     page = browser.new_page(viewport=SMALL)
     page.on("console", lambda message: complaints.append((message.type, message.text)))
     page.on("pageerror", lambda error: complaints.append(("error", str(error))))

@@ -15,8 +15,8 @@ EXECUTABLES: dict[str, EntryPoint] = {
 }
 NODES = ("clock", "composed", "controller", "leader", "player", "quadrotor", "recorder", "visualization")
 COMMANDS = (
-    "accuracy", "bench", "bench_live", "bench_real_time", "bench_ros", "bench_solver", "bound",
-    "check_playback", "constraints", "export_path", "fly", "formation_changes", "foxglove",
+    "accuracy", "bench", "bench_live", "bench_memory", "bench_real_time", "bench_ros", "bench_solver",
+    "bound", "check_playback", "constraints", "export_path", "fly", "formation_changes", "foxglove",
     "live", "motions", "paper", "record", "replay", "report", "shapes",
     "sweep",
 )  # fmt: skip

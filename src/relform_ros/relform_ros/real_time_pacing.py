@@ -21,6 +21,9 @@ from relform_ros.spinner import Spinner
 LAST_WAIT_NS = 1_000_000_000
 """How long an observer waits at the end of a flight for what was sent before [ns]."""
 
+CATCH_UP_SHARE = 0.2
+"""Share of the period that a controller which is late waits at most for the newest tick."""
+
 
 class RealTimePacing(FlightPacing):
     """Waits for the ticks of the clock, and for messages until a deadline; implements ``Pacing``.
@@ -92,6 +95,8 @@ class RealTimePacing(FlightPacing):
         while step < self._n_steps:
             await self._wait(lambda: self._newest_tick > step)  # noqa: B023  # not called later
             await self._hear_all()
+            if self._decides:
+                await self._hear_newest_tick()
             following = self._newest_tick if self._decides else step + 1
             self._skipped += following - step - 1
             step = following
@@ -134,6 +139,16 @@ class RealTimePacing(FlightPacing):
             heard = self._heard
             turns = iter((False, True))
             await self._wait(lambda: next(turns), deadline=0.0)  # noqa: B023  # not called later
+
+    async def _hear_newest_tick(self) -> None:
+        """Wait shortly if the newest tick is older than a period: a later one must be under way."""
+        end_ns = self._time.now_ns() + round(CATCH_UP_SHARE * self._period_ns)
+
+        def is_over() -> bool:
+            now_ns = self._time.now_ns()
+            return now_ns < (self._newest_tick + 1) * self._period_ns or now_ns >= end_ns
+
+        await self._wait(is_over, self._time.steady(end_ns))
 
     async def _wait_until(self, instant_ns: int, step: int) -> None:
         """Wait until an instant of the flight, or until all messages of a step have arrived."""
