@@ -121,14 +121,7 @@ def _parser() -> CommandParser:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="run folder, must not exist (default: a new one in runs/)"
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="KEY=VALUE",
-        help="change a key of the scenario, as in controller.horizon_steps=10; may be repeated",
-    )
+    parser.add_overrides("change a key of the scenario, as in controller.horizon_steps=10; may be repeated")
     parser.add_argument(
         "--idle",
         action="store_true",

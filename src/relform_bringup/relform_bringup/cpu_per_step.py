@@ -7,13 +7,11 @@ it less than the real-time factor.
 
 import os
 import statistics
-import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import datetime
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -21,12 +19,10 @@ from rich.console import Console
 from rich.table import Table
 
 from relform_analysis.flight.summary import Outcome
-from relform_bringup.create_folder import create_run_folder
-from relform_bringup.flight import Flight, check_installation
-from relform_bringup.interruption import interruption_noted
+from relform_bringup.flight import check_installation
+from relform_bringup.fly_once import fly_once
 from relform_core.errors import ConfigError, FlightError
 from relform_core.load import LoadedScenario, load_scenario
-from relform_core.ros_domain import claimed_domain
 from relform_core.script import CommandParser, command, positive
 
 FIRST_STEP = 60
@@ -85,14 +81,7 @@ def measure(scenario: LoadedScenario, record: bool, composed: bool) -> Meter:
         FlightError: the flight did not reach its end.
     """
     meter = Meter(FIRST_STEP, scenario.config.n_steps - LEAVE_OUT)
-    with (
-        interruption_noted() as interruption,
-        claimed_domain() as domain,
-        tempfile.TemporaryDirectory() as at,
-    ):
-        folder = create_run_folder(scenario, Path(at) / "flight", datetime.now())
-        flight = Flight(scenario, folder, record, composed, domain, interruption, meter.read)
-        flown = flight.fly(Console(quiet=True))
+    flown = fly_once(scenario, Console(quiet=True), record=record, composed=composed, on_step=meter.read)
     if flown.ending.outcome is not Outcome.COMPLETED or meter.last not in meter.cpu_times:
         raise FlightError(f"the flight ended early: {flown.ending.reason}")
     return meter
@@ -142,14 +131,7 @@ def _parser() -> CommandParser:
         description="Measure the CPU time of a control step over ROS, process by process.",
     )
     parser.add_argument("--scenario", default="paper", metavar="FILE", help="path or plain name (paper)")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="KEY=VALUE",
-        help="change a key of the scenario, as in controller=team; may be repeated",
-    )
+    parser.add_overrides("change a key of the scenario, as in controller=team; may be repeated")
     parser.add_argument("--flights", type=positive, default=3, metavar="N", help="number of flights (3)")
     parser.add_argument("--no-record", action="store_false", dest="record", help="fly without a recorder")
     parser.add_argument("--composed", action="store_true", help="as the option of fly")

@@ -1,11 +1,9 @@
 """Benchmark: the memory of every process of a long flight in real time that takes off, hovers and lands."""
 
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
 
 from rich.console import Console
@@ -13,12 +11,10 @@ from rich.table import Table
 
 from relform_analysis.flight.summary import Outcome
 from relform_bringup.cpu_per_step import FLY
-from relform_bringup.create_folder import create_run_folder
-from relform_bringup.flight import Flight, check_installation
-from relform_bringup.interruption import interruption_noted
+from relform_bringup.flight import check_installation
+from relform_bringup.fly_once import fly_once
 from relform_core.errors import FlightError
 from relform_core.load import LoadedScenario, load_scenario
-from relform_core.ros_domain import claimed_domain
 from relform_core.script import CommandParser, command, positive
 
 START_S = 300.0
@@ -74,14 +70,7 @@ def measure(scenario: LoadedScenario) -> MemoryMeter:
         FlightError: the flight did not reach its end.
     """
     meter = MemoryMeter(scenario.config.controller.period)
-    with (
-        interruption_noted() as interruption,
-        claimed_domain() as domain,
-        tempfile.TemporaryDirectory() as at,
-    ):
-        folder = create_run_folder(scenario, Path(at) / "flight", datetime.now())
-        flight = Flight(scenario, folder, True, False, domain, interruption, meter.read)
-        flown = flight.fly(Console())
+    flown = fly_once(scenario, Console(), on_step=meter.read)
     if flown.ending.outcome is not Outcome.COMPLETED:
         raise FlightError(f"the flight ended early: {flown.ending.reason}")
     return meter
@@ -120,12 +109,5 @@ def _parser() -> CommandParser:
         description="Measure the memory of every process of a long hover in real time, recorded.",
     )
     parser.add_argument("--minutes", type=positive, default=60, metavar="N", help="length of the hover (60)")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="KEY=VALUE",
-        help="change a key of the scenario; may be repeated",
-    )
+    parser.add_overrides("change a key of the scenario; may be repeated")
     return parser

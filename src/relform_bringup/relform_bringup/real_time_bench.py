@@ -7,27 +7,22 @@ nodes' own count. A busy core runs an endless loop at the usual priority.
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import datetime
 from itertools import product
 from multiprocessing import get_context
-from pathlib import Path
 
 from rich.console import Console
 
 from relform_analysis.flight.real_time import RealTimeMetrics, real_time_metrics
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_analysis.sweep.plan import load_variants
-from relform_bringup.create_folder import create_run_folder
-from relform_bringup.flight import Flight, check_installation
-from relform_bringup.interruption import interruption_noted
+from relform_bringup.flight import check_installation
+from relform_bringup.fly_once import fly_once
 from relform_core.errors import ConfigError
 from relform_core.load import LoadedScenario, load_scenario
-from relform_core.ros_domain import claimed_domain
 from relform_core.script import CommandParser, command, positive, print_error
 
 ENDLESS = "import os\nos.sched_setaffinity(0, {max(os.sched_getaffinity(0))})\nwhile True: pass"
@@ -74,15 +69,8 @@ def scenario_at(rate: int, scenario: str, duration: float, overrides: Sequence[s
 
 def measure(scenario: LoadedScenario, case: Case) -> tuple[RealTimeMetrics | None, Ending]:
     """Fly once, recorded; returns what its nodes reported, and how it ended."""
-    with (
-        interruption_noted() as interruption,
-        claimed_domain() as domain,
-        tempfile.TemporaryDirectory() as at,
-        _busy_core(case.busy),
-    ):
-        folder = create_run_folder(scenario, Path(at) / "flight", datetime.now())
-        flight = Flight(scenario, folder, True, case.composed, domain, interruption)
-        flown = flight.fly(Console(quiet=True))
+    with _busy_core(case.busy):
+        flown = fly_once(scenario, Console(quiet=True), composed=case.composed)
     return real_time_metrics(flown.log), flown.ending
 
 
@@ -147,14 +135,7 @@ def _parser() -> CommandParser:
         description="Measure latency and missed steps of recorded flights on the wall clock.",
     )
     parser.add_argument("--scenario", default="circle", metavar="FILE", help="path or plain name (circle)")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="KEY=VALUE",
-        help="change a key of the scenario, as in plant.step_s=0.001; may be repeated",
-    )
+    parser.add_overrides("change a key of the scenario, as in plant.step_s=0.001; may be repeated")
     parser.add_argument(
         "--rates",
         type=positive,

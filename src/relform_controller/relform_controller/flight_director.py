@@ -234,7 +234,7 @@ class FlightDirector:
         """Why the team must land, in words; None: it can fly on."""
         for name, status in self._status.items():
             if status.mode in _LOST:
-                return f"{name} is in {status.mode.name.lower()}: {status.reason}"
+                return f"{name} is in {status.mode}: {status.reason}"
             if self._now_ns - status.stamp_ns > seconds_to_ns(SILENCE_MAX_S):
                 return f"nothing was heard from {name} for {SILENCE_MAX_S:g} s"
         is_late = self._since(self._began_ns) > self._take_off.time_max

@@ -21,6 +21,12 @@ class CommandParser(argparse.ArgumentParser):
         print_error(f"{message}; see {self.prog} --help")
         raise SystemExit(EXIT_USAGE)
 
+    def add_overrides(self, help: str) -> None:
+        """Add the option ``--set KEY=VALUE``, whose texts are ``overrides`` of ``load_scenario``."""
+        self.add_argument(
+            "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help=help
+        )
+
 
 def command(main: Callable[Arguments, int]) -> Callable[Arguments, int]:
     """Decorate the main function of a command, which returns its exit code.

@@ -36,10 +36,11 @@ from relform_core.telemetry import (
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_live.scene.flight_data import FlightData
 from relform_live.scene.shown_time import ShownTime
-from relform_live.scene.track import level, turned
+from relform_live.scene.track import turned
 from relform_live.viewer.flight_page import FlightPage
 from relform_live.viewer.panel import Panel
 from relform_live.viewer.server import serving, url
+from relform_sensors.rotation import quaternion_from_yaw
 
 if TYPE_CHECKING:
     import viser
@@ -96,7 +97,9 @@ class MadeUpFlight:
         for name in config.team.vehicles:
             place = center + turned(yaw, self._places.get(name, zero))
             unknown = np.zeros((6, 6))
-            data.take_truth(name, Odometry(stamp_ns, place, level(yaw), zero, zero, unknown, unknown))
+            data.take_truth(
+                name, Odometry(stamp_ns, place, quaternion_from_yaw(yaw), zero, zero, unknown, unknown)
+            )
             seen = {other: RangeBearing(other, 1.0, 0.0, 0.0, np.eye(3)) for other in config.targets_of[name]}
             data.take_sightings(name, RangeBearings(stamp_ns, seen))
         pairs = tuple(

@@ -6,11 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from relform_live.scene.track import SAMPLES_MAX, Pose, Track, level, turned, yaw_of
+from relform_analysis.flight.tracking_errors import yaw_of
+from relform_live.scene.track import SAMPLES_MAX, Pose, Track, turned
+from relform_sensors.rotation import quaternion_from_yaw
 
 
 def pose(stamp_ns: int, x: float, yaw: float = 0.3) -> Pose:
-    return Pose(stamp_ns, np.array([x, -1.0, 2.0]), level(yaw))
+    return Pose(stamp_ns, np.array([x, -1.0, 2.0]), quaternion_from_yaw(yaw))
 
 
 def track_of(*poses: Pose) -> Track:
@@ -28,7 +30,9 @@ def test_between_two_poses_is_the_share_of_the_way() -> None:
 
 
 def test_turns_the_shorter_way_round() -> None:
-    track = track_of(Pose(0, np.zeros(3), level(3.0)), Pose(10, np.zeros(3), -level(3.2)))
+    track = track_of(
+        Pose(0, np.zeros(3), quaternion_from_yaw(3.0)), Pose(10, np.zeros(3), -quaternion_from_yaw(3.2))
+    )
     assert yaw_of(track.at(5).q_NB) == pytest.approx(3.1, abs=1e-3)
 
 

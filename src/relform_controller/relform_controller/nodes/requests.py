@@ -4,12 +4,14 @@ import math
 from collections.abc import Callable
 from functools import partial
 
+import numpy as np
 from geometry_msgs.msg import Transform
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from relform_controller.flight_director import FlightDirector
+from relform_controller.ocp.frames import rpy_from_quaternion
 from relform_core.errors import ConfigError, MessageError
 from relform_core.flight_modes import TeamRequest
 from relform_core.telemetry import RequestMade
@@ -109,7 +111,6 @@ def _followed(msg: MultiDOFJointTrajectory, period_ns: int, next_step: int) -> R
 def _place(transform: Transform) -> tuple[float, float, float, float]:
     """x, y, z [m] and yaw [rad]; NaN if all elements of the quaternion are zero."""
     place, turn = transform.translation, transform.rotation
-    x, y, z, w = turn.x, turn.y, turn.z, turn.w
-    is_turned = any((x, y, z, w))
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)) if is_turned else math.nan
+    q_NB = np.array([turn.x, turn.y, turn.z, turn.w])
+    yaw = rpy_from_quaternion(q_NB)[2] if q_NB.any() else math.nan
     return place.x, place.y, place.z, yaw

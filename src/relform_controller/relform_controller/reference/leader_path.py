@@ -5,7 +5,7 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from relform_controller.ocp.frames import wrap_angle
+from relform_controller.ocp.frames import rotation_z, wrap_angle
 from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
 from relform_core.arrays import Array
 from relform_core.blend import Blend
@@ -93,21 +93,21 @@ class PhasesPath:
     def __init__(self, config: ScenarioConfig, start: LeaderState, horizon: float) -> None:
         n_extra = int(np.ceil(horizon / config.controller.period - 1e-9))
         self._trajectory = LeaderTrajectory(config, n_extra)
-        self._last_ns = config.period_ns * (round(config.duration / config.controller.period) + n_extra)
         self._origin_N = np.array(config.start.position)
         self._start = start
         self._turn = start.yaw_NB - config.start.yaw
+        self._R = rotation_z(self._turn)
         self.duration = config.duration
         """See ``LeaderPath``, except that the leader may still move at the end."""
 
     def at(self, elapsed: Array) -> LeaderReference:
         """See ``LeaderPath``."""
-        stamps_ns = np.minimum(np.rint(elapsed * NANOSECONDS_PER_SECOND).astype(np.int64), self._last_ns)
+        stamps_ns = np.minimum(
+            np.rint(elapsed * NANOSECONDS_PER_SECOND).astype(np.int64), self._trajectory.last_ns
+        )
         found = self._trajectory.at(stamps_ns)
-        cosine, sine = np.cos(self._turn), np.sin(self._turn)
-        R = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         return LeaderReference(
-            self._start.p_NB_N + (found.p_NB_N - self._origin_N) @ R.T,
-            found.v_NB_N @ R.T,
+            self._start.p_NB_N + (found.p_NB_N - self._origin_N) @ self._R.T,
+            found.v_NB_N @ self._R.T,
             found.yaw_NB + self._turn,
         )

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from relform_controller.ocp.frames import rotations_z
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.formation import FormationSchedule
 from relform_controller.reference.leader_path import LeaderPath, LeaderState, PhasesPath, Transfer
@@ -225,13 +226,12 @@ class OnlineMission:
         n_samples = 2 + math.ceil(max(0.0, path.duration - since) * _SAMPLES_PER_S)
         way = path.at(np.linspace(since, max(since, path.duration), n_samples))
         needed = self._config.vehicle.collision_radius
-        cosine, sine, zero = np.cos(way.yaw_NB), np.sin(way.yaw_NB), np.zeros_like(way.yaw_NB)
-        R_NC = np.array([[cosine, -sine, zero], [sine, cosine, zero], [zero, zero, zero + 1.0]])
+        R_NC = rotations_z(way.yaw_NB)
         places = {(self._config.team.leader, (0.0, 0.0, 0.0))}
         formations = (*self._schedule.from_next_step_on(), *later)
         places |= {each for formation in formations for each in formation.items()}
         for vehicle, place in sorted(places):
-            p_NB_N = way.p_NB_N + np.einsum("ijt,j->ti", R_NC, np.array(place))
+            p_NB_N = way.p_NB_N + R_NC @ np.array(place)
             if (lowest := float(p_NB_N[:, 2].min())) < needed:
                 raise ConfigError(
                     f"'{vehicle}' would come to {lowest:.2f} m above the ground, at least {needed:g} m are "

@@ -60,6 +60,11 @@ class LeaderTrajectory:
         self._samples = np.concatenate([p_NB_N[every], v_NB_N[every], yaw_NB[every, None]], axis=1)
         """p_NB_N, v_NB_N, yaw_NB, shape (sample, 7)."""
 
+    @property
+    def last_ns(self) -> int:
+        """Last instant since the start of the flight with a reference [ns]."""
+        return (len(self._samples) - 1) // _SAMPLES * self._period_ns
+
     def at(self, stamps_ns: Integers) -> LeaderReference:
         """The reference at instants since the start of the flight [ns], shape (instant,).
 
@@ -69,7 +74,7 @@ class LeaderTrajectory:
         position = stamps_ns / self._period_ns * _SAMPLES
         last = len(self._samples) - 1
         if position.min() < 0 or position.max() > last:
-            end = last // _SAMPLES * self._period_ns / NANOSECONDS_PER_SECOND
+            end = self.last_ns / NANOSECONDS_PER_SECOND
             shown = ", ".join(f"{stamp / NANOSECONDS_PER_SECOND:g}" for stamp in stamps_ns[[0, -1]])
             raise ValueError(f"the leader's reference is known from 0 to {end:g} s (asked for {shown} s)")
         before = np.floor(position).astype(np.int64)

@@ -6,6 +6,7 @@ from enum import Enum
 
 import numpy as np
 
+from relform_analysis.flight.tracking_errors import yaw_of
 from relform_core.arrays import Array
 from relform_core.flight_modes import TeamMode
 from relform_core.measurements import Odometry
@@ -25,7 +26,8 @@ from relform_core.telemetry import (
     TeamStatus,
 )
 from relform_core.units import NANOSECONDS_PER_SECOND
-from relform_live.scene.track import Pose, Track, level, turned, yaw_of
+from relform_live.scene.track import Pose, Track, turned
+from relform_sensors.rotation import quaternion_from_yaw
 
 LOG_LINES = 40
 ALARMS = frozenset({TeamMode.FAILSAFE, TeamMode.STOPPED})
@@ -99,17 +101,19 @@ class FlightData:
         if team.leader is None:
             return
         leader, p_leader, yaw = self.config.team.leader, team.leader.p_NB_N, team.leader.yaw_NB
-        self.estimates[leader].add(Pose(state.stamp_ns, p_leader, level(yaw)))
+        self.estimates[leader].add(Pose(state.stamp_ns, p_leader, quaternion_from_yaw(yaw)))
         for pair in team.pairs:
             if pair.observer == leader and np.isfinite(pair.p_B1B2_C1__est).all():
                 place = p_leader + turned(yaw, pair.p_B1B2_C1__est)
-                self.estimates[pair.target].add(Pose(state.stamp_ns, place, level(yaw + pair.yaw_I1I2)))
+                self.estimates[pair.target].add(
+                    Pose(state.stamp_ns, place, quaternion_from_yaw(yaw + pair.yaw_I1I2))
+                )
 
     def take_reference(self, reference: PerStep[TeamReference]) -> None:
         """What the controller is asked to track."""
         self.reference = reference
         team = reference.value
-        self.leader_reference.add(Pose(reference.stamp_ns, team.p_NB_N, level(team.yaw_NB)))
+        self.leader_reference.add(Pose(reference.stamp_ns, team.p_NB_N, quaternion_from_yaw(team.yaw_NB)))
 
     def take_solver(self, report: PerStep[SolverReport]) -> None:
         """What the solver did."""
@@ -205,4 +209,4 @@ class FlightData:
 
 def _seen(observer: Pose, target: Pose) -> Array:
     """Position of the target in {mc} of the observer [m]."""
-    return turned(-yaw_of(observer.q_NB), target.p_NB_N - observer.p_NB_N)
+    return turned(-float(yaw_of(observer.q_NB)), target.p_NB_N - observer.p_NB_N)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relform_analysis.flight.tracking_errors import yaw_of
 from relform_bringup.scene.path_ahead import PathAhead
 from relform_core.arrays import Array
 from relform_core.units import NANOSECONDS_PER_SECOND
@@ -12,7 +13,7 @@ from relform_live.scene import colours
 from relform_live.scene.colours import Colours
 from relform_live.scene.flight_data import FlightData
 from relform_live.scene.history import History
-from relform_live.scene.track import Track, turned, yaw_of
+from relform_live.scene.track import Track, turned
 from relform_live.scene.trail import Trail
 
 AHEAD_POINTS = 60
@@ -143,7 +144,7 @@ class Stage:
         if self._data.reference is None or not leader:
             return None
         reference, pose = self._data.reference.value, leader.at(stamp_ns)
-        yaw = yaw_of(pose.q_NB)
+        yaw = float(yaw_of(pose.q_NB))
         places = [self._data.leader_reference.at(stamp_ns).p_NB_N]
         for follower in self.vehicles[1:]:
             place = reference.formation[self.vehicles[0], follower]

@@ -23,17 +23,6 @@ class Pose:
     """(x, y, z, w), shape (4,)."""
 
 
-def level(yaw: float) -> Array:
-    """The quaternion (x, y, z, w) of a body without roll and pitch; yaw in rad."""
-    return np.array([0.0, 0.0, np.sin(0.5 * yaw), np.cos(0.5 * yaw)])
-
-
-def yaw_of(q_NB: Array) -> float:
-    """The yaw of a body [rad]."""
-    x, y, z, w = q_NB
-    return float(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
-
-
 def turned(yaw: float, p: Array) -> Array:
     """R_z(yaw) p: from a control frame {mc} with this yaw [rad] into the world; p of shape (..., 3) [m]."""
     c, s = np.cos(yaw), np.sin(yaw)

@@ -12,8 +12,8 @@ from relform_core.constraints_config import BoxObstacle, Obstacle, SphereObstacl
 from relform_live.scene import colours, quadrotor_mesh
 from relform_live.scene.quadrotor_mesh import Mesh
 from relform_live.scene.stage import AHEAD_POINTS, Picture, Poses, Stage
-from relform_live.scene.track import level
 from relform_live.scene.trail import Trail
+from relform_sensors.rotation import quaternion_from_yaw
 
 ROOT = "/flight"
 ARM_MIN = 0.12
@@ -206,5 +206,5 @@ def _add_obstacle(scene: viser.SceneApi, name: str, obstacle: Obstacle) -> None:
         case BoxObstacle():
             scene.add_box(
                 name, color=colour, dimensions=obstacle.size, opacity=0.8, position=obstacle.center,
-                wxyz=np.roll(level(obstacle.yaw), 1),
+                wxyz=np.roll(quaternion_from_yaw(obstacle.yaw), 1),
             )  # fmt: skip
