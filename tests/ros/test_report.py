@@ -150,3 +150,41 @@ def test_summary_that_cannot_be_used(
     error = capsys.readouterr().err
     assert error.startswith(f"error: {tmp_path / 'run/summary.json'}: ")
     assert error.count("\n") == 1
+
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def test_two_recorded_flights_beside_each_other(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    short = write_bag(tmp_path / "short/bag").parent.parent
+    comparison = tmp_path / "comparison.json"
+    assert main([str(DATA / "short_flight"), str(DATA / "older_flight"), "--json", str(comparison)]) == 0
+    content = json.loads(comparison.read_text())
+    assert {row["section"] for row in content["configuration"]} == {"software"}
+    assert not content["equal"]
+    assert "older_flight" in content["not_comparable"][-1]
+    rows = {row["label"]: row["values"] for row in content["results"]}
+    assert rows["control steps that fell back"] == [0.0, 0.0]
+    assert 0.01 < rows["formation error, steady, mean"][0] < 0.2
+
+    assert main([str(DATA / "short_flight"), str(short)]) == 0
+    out = capsys.readouterr().out
+    assert "Results from 0.00 to 1.45 s" in out
+    assert "- short_flight after 1.45 s: not every flight lasted longer." in out
+    assert "- Not recorded in short: Rotor speed, mean; " in out
+
+
+def test_comparison_with_an_empty_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    empty = tmp_path / "empty.mcap"
+    empty.touch()
+    assert main([str(DATA / "short_flight"), str(empty)]) == 2
+    assert capsys.readouterr().err == f"error: {empty}: not an MCAP file\n"
+    with BagWriter(tmp_path / "bag", {CONFIG_ATTACHMENT: SCENARIO.effective_yaml}) as writer:
+        pass
+    assert main([str(DATA / "short_flight"), str(tmp_path / "bag")]) == 2
+    assert capsys.readouterr().err == (
+        f"error: {writer.file}: no flight in it: there is no message on /leader/ground_truth\n"
+    )

@@ -41,3 +41,22 @@ def test_empty_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert error_of(capsys, tmp_path).startswith(
         f"{tmp_path / 'sweep.json'}: cannot be read: Expecting value"
     )
+
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+def test_compared_with_nothing_or_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    flight, other = DATA / "short_flight", tmp_path / "other"
+    assert error_of(capsys, flight, other) == f"{other}: no such file or folder"
+    bag = flight / "bag_0.mcap"
+    assert error_of(capsys, flight, bag) == f"{flight} and {bag} are the same flight; name two different ones"
+
+
+def test_json_is_for_comparisons(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([str(DATA / "short_flight"), "--json", str(tmp_path / "x.json")])
+    assert capsys.readouterr().err == (
+        "error: --json is for a comparison of flights; the numbers of one are in its summary.json; see "
+        "report --help\n"
+    )

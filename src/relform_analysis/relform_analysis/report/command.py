@@ -1,39 +1,37 @@
 """The command line of ``scripts/report.py``."""
 
+import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from relform_analysis.flight.metrics import flight_metrics
-from relform_analysis.flight.summary import build_summary
+from relform_analysis.comparison.compare import compare, comparison_json
+from relform_analysis.report.comparison_console import print_comparison
+from relform_analysis.report.comparison_source import read_flights
 from relform_analysis.report.flight_page import write_flight_report
-from relform_analysis.report.flight_source import (
-    ending_from_log,
-    ending_from_run,
-    unrecorded_topics,
-    versions_from_bag,
-)
+from relform_analysis.report.flight_source import unrecorded_topics
+from relform_analysis.report.recorded_flight import read_flight
 from relform_analysis.report.sweep_page import write_sweep_report
 from relform_analysis.report.sweep_source import is_sweep, read_sweep
-from relform_analysis.sweep.folder import RUNS, SWEEP_FILE
-from relform_bags.reader import find_bag
-from relform_core.errors import BagError
+from relform_core.atomic_file import write_atomically
 from relform_core.run_folder import CONFIG_FILE, PAPER_FIGURES, REPORT_FILE
 from relform_core.script import CommandParser, command
 
 
 @command
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Make the report of a flight or a sweep; returns 0, or 2 after an error."""
+    """Make the report of a flight or a sweep, or compare flights; returns 0, or 2 after an error."""
     parser = CommandParser(
         prog="report",
-        description="Make the report of a flight or a sweep: one HTML file that opens offline.",
+        description="Make the report of a flight or a sweep, or compare flights: one HTML file that opens "
+        "offline.",
     )
     parser.add_argument(
-        "source",
-        type=Path,
-        metavar="BAG|RUN|SWEEP",
-        help="a bag (file or folder), the folder of a run, or the folder of a sweep",
+        "sources",
+        nargs="+",
+        metavar="BAG|RUN|SWEEP|SWEEP:VARIANT",
+        help="a bag (file or folder), the folder of a run or of a sweep; several flights are compared, where "
+        "SWEEP:VARIANT is the first flight of a variant, and SWEEP:VARIANT-s7 the one with seed 7",
     )
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help=f"the report (default: {REPORT_FILE} in that folder)"
@@ -49,15 +47,41 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help=f"scenario of a bag, path or plain name (default: the attachment of the bag, else the "
         f"{CONFIG_FILE} beside it)",
     )
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="also write a comparison as JSON (docs/report.md)"
+    )
     chosen = parser.parse_args(arguments)
-    folder = chosen.source if chosen.source.is_dir() else chosen.source.parent
+    if len(chosen.sources) > 1:
+        compare_flights(chosen.sources, chosen.config, chosen.json)
+        return 0
+    if chosen.json is not None:
+        parser.error("--json is for a comparison of flights; the numbers of one are in its summary.json")
+    source = Path(chosen.sources[0])
+    folder = source if source.is_dir() else source.parent
     out: Path = chosen.out or folder / REPORT_FILE
-    if is_sweep(chosen.source):
-        write_sweep_report(out, read_sweep(chosen.source))
+    if is_sweep(source):
+        write_sweep_report(out, read_sweep(source))
         print(out)
     else:
-        report_flight(chosen.source, out, chosen.config, with_figures=not chosen.no_figures)
+        report_flight(source, out, chosen.config, with_figures=not chosen.no_figures)
     return 0
+
+
+def compare_flights(sources: Sequence[str], configuration: Path | str | None, json_file: Path | None) -> None:
+    """Compare flights, print the tables, and write the files.
+
+    Args:
+        sources: a run, a bag, or ``SWEEP:VARIANT`` each.
+        configuration: as of ``report_flight``, of all bags.
+        json_file: gets the comparison as JSON.
+    Raises:
+        RelformError: a source is no flight, or something cannot be written.
+    """
+    comparison = compare(read_flights(sources, configuration))
+    print_comparison(comparison)
+    if json_file is not None:
+        write_atomically(json_file, json.dumps(comparison_json(comparison), indent=2, allow_nan=False) + "\n")
+        print(json_file)
 
 
 def report_flight(source: Path, out: Path, configuration: Path | str | None, with_figures: bool) -> None:
@@ -71,26 +95,17 @@ def report_flight(source: Path, out: Path, configuration: Path | str | None, wit
     Raises:
         RelformError: there is no flight, or something cannot be written.
     """
-    try:
-        file = find_bag(source)
-    except BagError as error:
-        neither = f", and no sweep: there is no {SWEEP_FILE} in it" if source.is_dir() else ""
-        if (source / RUNS).is_dir():
-            neither += "; run the command of the sweep again, it continues and writes one"
-        raise BagError(f"{error}{neither}") from None
-    # Reading serialized messages needs ROS; sweeps do without.
-    from relform_analysis.flight.from_bag import read_flight_log
-
-    log = read_flight_log(file, configuration)
-    ending, versions = ending_from_run(source) or (ending_from_log(log), versions_from_bag(file))
-    write_flight_report(out, log, build_summary(log.scenario, flight_metrics(log), ending, versions))
-    if unrecorded := unrecorded_topics(log):
-        print(f"{file}: no message on {', '.join(unrecorded)}; left blank in the report", file=sys.stderr)
+    flight = read_flight(source, configuration)
+    write_flight_report(out, flight.log, flight.summary)
+    if unrecorded := unrecorded_topics(flight.log):
+        print(
+            f"{flight.bag}: no message on {', '.join(unrecorded)}; left blank in the report", file=sys.stderr
+        )
     print(out, flush=True)
     if with_figures:
         from relform_analysis.plots.paper_figures import (
             draw_paper_figures,  # matplotlib takes a second to import
         )
 
-        for figure in draw_paper_figures([log], out.parent / PAPER_FIGURES):
+        for figure in draw_paper_figures([flight.log], out.parent / PAPER_FIGURES):
             print(figure)

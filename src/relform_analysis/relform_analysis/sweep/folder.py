@@ -137,6 +137,7 @@ class SweepFolder:
                 {
                     "name": variant.name,
                     "title": variant.title,
+                    "scenario": variant.scenario,
                     "set": list(variant.set),
                     **aggregate([row for row in rows if row["variant"] == variant.name]),
                 }

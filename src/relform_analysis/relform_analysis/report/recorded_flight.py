@@ -1,0 +1,54 @@
+"""A recorded flight with its summary, from a bag or the folder of a run."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.metrics import flight_metrics
+from relform_analysis.flight.summary import Json, build_summary
+from relform_analysis.report.flight_source import ending_from_log, ending_from_run, versions_from_bag
+from relform_analysis.sweep.folder import RUNS, SWEEP_FILE
+from relform_bags.reader import find_bag
+from relform_core.errors import BagError
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedFlight:
+    """A flight that was read."""
+
+    bag: Path
+    log: FlightLog
+    summary: Json
+
+
+def read_flight(source: Path, configuration: Path | str | None) -> RecordedFlight:
+    """Read a recorded flight.
+
+    Args:
+        source: a bag or the folder of a run.
+        configuration: path or plain name of the scenario; None: as ``find_configuration`` finds it.
+    Raises:
+        RelformError: there is no flight.
+    """
+    bag = bag_of(source)
+    # Reading serialized messages needs ROS; sweeps do without.
+    from relform_analysis.flight.from_bag import read_flight_log
+
+    log = read_flight_log(bag, configuration)
+    ending, versions = ending_from_run(source) or (ending_from_log(log), versions_from_bag(bag))
+    return RecordedFlight(bag, log, build_summary(log.scenario, flight_metrics(log), ending, versions))
+
+
+def bag_of(source: Path) -> Path:
+    """The bag of a flight.
+
+    Raises:
+        BagError: there is none, and no sweep either.
+    """
+    try:
+        return find_bag(source)
+    except BagError as error:
+        neither = f", and no sweep: there is no {SWEEP_FILE} in it" if source.is_dir() else ""
+        if (source / RUNS).is_dir():
+            neither += "; run the command of the sweep again, it continues and writes one"
+        raise BagError(f"{error}{neither}") from None
