@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """An estimator of your own in the loop: raw feedback, with velocities that the prediction smooths.
 
-`.venv/bin/python examples/own_estimator.py` flies the paper's scenario without and with it.
+`.venv/bin/python examples/own_estimator.py` flies a circle without and with it.
 """
 
 import dataclasses
@@ -56,7 +56,7 @@ def formation_error(scenario: LoadedScenario, controller: FormationController) -
 
 def main() -> None:
     """Fly and print both errors."""
-    scenario = load_scenario("paper", ["controller=retuned"], seed=1)
+    scenario = load_scenario("circle", ["controller=retuned"], seed=1)
     config = scenario.config
     raw = formation_error(scenario, FormationController(config))
     own = formation_error(scenario, FormationController(config, estimator=BlendingEstimator(config)))

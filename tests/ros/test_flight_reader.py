@@ -1,5 +1,6 @@
 """Flight logs from bags: decoding, configuration, and one-line errors for unusable bags."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,9 @@ from std_msgs.msg import Header
 
 from relform_analysis.flight.from_bag import message_takers, read_flight_log
 from relform_analysis.flight.log_builder import FlightLogBuilder
+from relform_analysis.replay.from_bag import read_recorded_flight
+from relform_bags.info import read_information
+from relform_bags.reader import find_bag, read_attachments, read_bag
 from relform_bags.writer import BagWriter
 from relform_core.errors import BagError
 from relform_core.names import CONFIG_ATTACHMENT
@@ -23,6 +27,7 @@ from relform_ros.commands import rotor_command_to_msg
 from relform_ros.events import event_to_msg
 from relform_ros.odometry import odometry_to_msg
 from relform_ros.telemetry import reference_to_msg, solver_to_msg, state_to_msg
+from support.examples import example
 from support.logs import decision, odometry
 from support.scenarios import paper_scenario
 
@@ -33,6 +38,7 @@ TYPES = {REFERENCE: "relform_msgs/msg/FormationReference"} | {
     f"/{vehicle}/ground_truth": "nav_msgs/msg/Odometry" for vehicle in VEHICLES
 }
 STEPS = 40
+SHORT_FLIGHT = Path(__file__).parents[1] / "data/short_flight"
 
 
 def header(step: int) -> Header:
@@ -205,3 +211,19 @@ def test_file_that_is_not_a_bag(tmp_path: Path) -> None:
     path.write_text("something else")
     assert error_of(path) == f"{path}: not an MCAP file"
     assert error_of(tmp_path / "nowhere") == f"{tmp_path / 'nowhere'}: no such file or folder"
+
+
+@pytest.mark.parametrize(
+    "read", [find_bag, read_attachments, read_information, lambda path: list(read_bag(path, [REFERENCE]))]
+)
+def test_a_text_names_a_bag_as_a_path_does(read: Any) -> None:
+    assert read(str(SHORT_FLIGHT)) == read(SHORT_FLIGHT)
+
+
+def test_example_reads_a_recording_that_a_text_names(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["read_recording.py", str(SHORT_FLIGHT)])
+    log = example("read_recording").log
+    assert capsys.readouterr().out.startswith(f"{len(log.vehicles)} vehicles, {log.step_ns[-1] / 1e9:.1f} s")
+    assert len(read_recorded_flight(str(SHORT_FLIGHT)).steps) == len(log.phase)

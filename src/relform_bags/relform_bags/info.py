@@ -46,7 +46,7 @@ class BagInformation:
         return topics
 
 
-def read_information(path: Path) -> BagInformation:
+def read_information(path: Path | str) -> BagInformation:
     """Summarize a bag from its metadata.yaml or, if it was not closed, from its messages.
 
     Args:
@@ -54,6 +54,7 @@ def read_information(path: Path) -> BagInformation:
     Raises:
         BagError: the bag does not exist or cannot be read.
     """
+    path = Path(path)
     for folder in (path, RunFolder(path).bag):
         if (folder / METADATA_FILE).is_file():
             check_not_compressed(folder)

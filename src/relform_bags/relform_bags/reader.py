@@ -37,7 +37,7 @@ class BagAttachment:
     text: str
 
 
-def find_bag(path: Path) -> Path:
+def find_bag(path: Path | str) -> Path:
     """The path of a bag: its file or, if it has several, its folder.
 
     Args:
@@ -49,7 +49,7 @@ def find_bag(path: Path) -> Path:
     return first.parent if others else first
 
 
-def bag_files(path: Path) -> tuple[Path, ...]:
+def bag_files(path: Path | str) -> tuple[Path, ...]:
     """The MCAP files of a bag, in the order in which they were written.
 
     Args:
@@ -58,6 +58,7 @@ def bag_files(path: Path) -> tuple[Path, ...]:
         BagError: no MCAP file exists, one is missing in between, they belong to several bags, or one is
             compressed as a whole.
     """
+    path = Path(path)
     if path.is_file():
         _check_not_compressed(path)
         return (path,)
@@ -109,7 +110,7 @@ def _in_order(folder: Path, files: list[Path]) -> tuple[Path, ...]:
     return tuple(numbered[index] for index in sorted(numbered))
 
 
-def read_bag(path: Path, topics: Collection[str] | None = None) -> Iterator[BagAttachment | BagMessage]:
+def read_bag(path: Path | str, topics: Collection[str] | None = None) -> Iterator[BagAttachment | BagMessage]:
     """The content of a bag in the order of writing, up to its end or to the first damage.
 
     Args:
@@ -134,7 +135,7 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> Iterator[BagA
             return  # the files behind a damaged one would leave a gap
 
 
-def read_attachments(path: Path) -> dict[str, str]:
+def read_attachments(path: Path | str) -> dict[str, str]:
     """The texts that are attached to a bag, by name, up to the end of its first file or its first damage.
 
     Args:

@@ -13,7 +13,7 @@ from relform_bags.scan import FileScan, information_of
 from relform_core.errors import BagError
 
 
-def recover_bag(path: Path) -> bool:
+def recover_bag(path: Path | str) -> bool:
     """Complete every file of a bag that was not closed, and its metadata.yaml.
 
     Args:
@@ -23,6 +23,7 @@ def recover_bag(path: Path) -> bool:
     Raises:
         BagError: the bag does not exist, has no good record, or cannot be written.
     """
+    path = Path(path)
     files = bag_files(path.parent if path.is_file() else path)
     folder = files[0].parent
     scans = [_complete(file) for file in files]

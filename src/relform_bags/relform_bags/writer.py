@@ -39,7 +39,7 @@ class BagWriter:
     """A bag from its creation to ``close``; a context manager."""
 
     def __init__(
-        self, folder: Path, attachments: Mapping[str, str], limits: SplitLimits | None = None
+        self, folder: Path | str, attachments: Mapping[str, str], limits: SplitLimits | None = None
     ) -> None:
         """Create the bag.
 
@@ -50,7 +50,7 @@ class BagWriter:
         Raises:
             BagError: the folder exists or cannot be written.
         """
-        self.folder = folder
+        folder = self.folder = Path(folder)
         self._attachments = attachments
         self._limits = limits or SplitLimits()
         self._chunk_bytes = min(CHUNK_BYTES, self._limits.size or CHUNK_BYTES)

@@ -10,13 +10,13 @@ from relform_core.errors import RelformError
 
 
 @contextmanager
-def written_atomically(path: Path) -> Iterator[BinaryIO]:
+def written_atomically(path: Path | str) -> Iterator[BinaryIO]:
     """A binary stream; ``path`` gets its content when the block ends without an exception.
 
     Raises:
         OSError: the file cannot be written.
     """
-    draft = _draft_of(path)
+    draft = _draft_of(Path(path))
     try:
         with draft.open("wb") as stream:
             yield stream
@@ -27,7 +27,7 @@ def written_atomically(path: Path) -> Iterator[BinaryIO]:
         raise
 
 
-def write_atomically(path: Path, content: bytes | str) -> None:
+def write_atomically(path: Path | str, content: bytes | str) -> None:
     """Write a whole file; text is encoded in UTF-8.
 
     Raises:

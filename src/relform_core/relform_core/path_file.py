@@ -16,13 +16,13 @@ COLUMNS = ("t_s", "x_m", "y_m", "z_m")
 YAW = "yaw_deg"
 
 
-def read_path(path: Path) -> dict[str, Any]:
+def read_path(path: Path | str) -> dict[str, Any]:
     """The samples in a file as the keys ``times_s``, ``points_m`` and, if they are given, ``yaws_deg``.
 
     Raises:
         ConfigError: one line: the file cannot be read, or a line is wrong.
     """
-    rows = csv.reader(StringIO(read_text(path)))
+    rows = csv.reader(StringIO(read_text(Path(path))))
     header = tuple(name.strip() for name in next(rows, ()))
     if header not in (COLUMNS, (*COLUMNS, YAW)):
         expected = ",".join(COLUMNS)
@@ -37,7 +37,7 @@ def read_path(path: Path) -> dict[str, Any]:
     return written | ({"yaws_deg": [sample[4] for sample in samples]} if YAW in header else {})
 
 
-def write_path(path: Path, samples: Array) -> None:
+def write_path(path: Path | str, samples: Array) -> None:
     """Write a file.
 
     Args:

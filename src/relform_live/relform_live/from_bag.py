@@ -20,7 +20,7 @@ from relform_live.scene.flight_data import FlightData
 from relform_ros.raw import raw_stamp_ns
 
 
-def read_recording(path: Path, configuration: Path | str | None = None) -> Recording:
+def read_recording(path: Path | str, configuration: Path | str | None = None) -> Recording:
     """A recorded flight. Its messages stay serialized until they are shown.
 
     Args:

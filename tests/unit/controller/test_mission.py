@@ -11,7 +11,7 @@ from relform_controller.formation_controller import Decision, FormationControlle
 from relform_controller.ocp.layout import ordered_pairs
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
 from relform_controller.reference.trajectory import LeaderReference
-from relform_core.arrays import Integers
+from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
 from relform_core.errors import ConfigError
 from relform_core.measurements import RotorCommand, TeamMeasurements
@@ -161,3 +161,22 @@ def test_a_request_in_flight() -> None:
     assert mission.formation == NEW
     with pytest.raises(ConfigError, match=r"^formation has no position for 'follower_2'$"):
         mission.set_formation({"follower_1": (-1.5, -0.75, 0.25)})
+
+
+def test_a_leader_reference_of_ones_own_replaces_the_motions() -> None:
+    """It sinks from 2 m at 0.5 m/s along y: at 0.3 s it is at 1.85 m, and at 1 s, the end, at 1.5 m."""
+
+    def sinking(elapsed: Array) -> LeaderReference:
+        v_NB_N = np.tile([0.0, 0.7, -0.5], (len(elapsed), 1))
+        return LeaderReference([1.0, -3.0, 2.0] + elapsed[:, None] * v_NB_N, v_NB_N, 0.4 + 0.2 * elapsed)
+
+    config = paper_scenario(SHORT, "phases.0.duration_s=1.0").config
+    mission = ScenarioMission(config, leader=sinking)
+    mission.advance(0)
+    found = mission.reference(np.array([300_000_000, 500_000_000]))
+    np.testing.assert_allclose(found.leader.p_NB_N, [[1.0, -2.79, 1.85], [1.0, -2.65, 1.75]])
+    np.testing.assert_allclose(found.leader.yaw_NB, [0.46, 0.5])
+    assert found.phase == "A"
+    low: dict[str, Vector3] = {"follower_1": (-2.0, -1.0, -1.6), "follower_2": (-2.0, 1.0, -0.5)}
+    with pytest.raises(ConfigError, match=r"at -0\.100 m above ground.*flies as low as 1\.500 m"):
+        mission.set_formation(low)

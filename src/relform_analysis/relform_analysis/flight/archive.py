@@ -20,7 +20,7 @@ _OTHERS = {"scenario", "phase", "real_time", *_TABLES, *_ENTRIES}
 """Fields of a log that are not arrays; no flight of a sweep is in real time."""
 
 
-def write_log(path: Path, log: FlightLog) -> None:
+def write_log(path: Path | str, log: FlightLog) -> None:
     """Write a log atomically.
 
     Raises:
@@ -42,14 +42,14 @@ def write_log(path: Path, log: FlightLog) -> None:
         raise RelformError(f"{path}: cannot be written: {error.strerror}") from None
 
 
-def read_log(path: Path, scenario: LoadedScenario) -> FlightLog:
+def read_log(path: Path | str, scenario: LoadedScenario) -> FlightLog:
     """Read a log of this scenario.
 
     Raises:
         RelformError: it cannot be read.
     """
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+        with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             arrays = {name: _precise(archive[name]) for name in archive.files}
         phase = arrays.pop("phase")
         entries = {

@@ -60,7 +60,7 @@ def message_takers(
     return takers
 
 
-def read_flight_log(path: Path, configuration: Path | str | None = None) -> FlightLog:
+def read_flight_log(path: Path | str, configuration: Path | str | None = None) -> FlightLog:
     """Read a flight, as far as its bag goes.
 
     Args:

@@ -9,9 +9,9 @@ from relform_controller.blas import one_blas_thread
 from relform_controller.flight_director import FlightDirector
 from relform_controller.team_controller import TeamController, make_controller
 from relform_core.load import LoadedScenario
-from relform_core.measurements import Odometry, RotorCommand, TeamMeasurements
+from relform_core.measurements import Odometry, TeamMeasurements
 from relform_core.telemetry import Decision, PerStep, TeamStatus
-from relform_sim.vehicle import Vehicle
+from relform_sim.team import SimulatedTeam
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,24 +42,19 @@ def simulate(
         FlightError: measurements that the start needs are missing for too long.
     """
     config = scenario.config
-    vehicles = {name: Vehicle(config, scenario.seed, name) for name in config.team.vehicles}
+    team = SimulatedTeam(config, scenario.seed)
     if controller is None:
         controller = make_controller(config)
-    commands: Mapping[str, RotorCommand | None] = dict.fromkeys(vehicles)
-    for step in range(config.n_steps + 1):
-        ground_truth = {name: vehicle.advance(step, commands[name]) for name, vehicle in vehicles.items()}
-        by_vehicle = {name: vehicle.measure(step, ground_truth) for name, vehicle in vehicles.items()}
-        measurements = TeamMeasurements(step, step * config.period_ns, by_vehicle)
-        found = {name: vehicle.fault(step, ground_truth) for name, vehicle in vehicles.items()}
-        faults = {name: fault for name, fault in found.items() if fault is not None}
-        if step == config.n_steps or faults:
-            yield SimulatedStep(ground_truth, measurements, faults, None)
-            return
+    measurements = team.step()
+    for _ in range(config.n_steps):
+        if team.faults:
+            break
         outcome = controller.step(measurements)
         decision = outcome if isinstance(outcome, Decision) else None
         status = controller.status if isinstance(controller, FlightDirector) else None
-        yield SimulatedStep(ground_truth, measurements, faults, decision, status)
-        commands = outcome.commands or dict.fromkeys(vehicles)
+        yield SimulatedStep(team.ground_truth, measurements, team.faults, decision, status)
+        measurements = team.step(outcome.commands)
+    yield SimulatedStep(team.ground_truth, measurements, team.faults, None)
 
 
 def fly_in_process(scenario: LoadedScenario, controller: TeamController | None = None) -> FlightLog:

@@ -101,7 +101,7 @@ def build_summary(
     return {key: _without_nan(value) for key, value in summary.items()}
 
 
-def write_summary(path: Path, summary: Json) -> None:
+def write_summary(path: Path | str, summary: Json) -> None:
     """Write summary.json atomically.
 
     Raises:

@@ -44,7 +44,7 @@ FORMATION_EVERY_S = 1.0
 """Time between the instants at which the formation is drawn."""
 
 
-def draw_flight(log: FlightLog, metrics: FlightMetrics, path: Path) -> None:
+def draw_flight(log: FlightLog, metrics: FlightMetrics, path: Path | str) -> None:
     """Write the picture of a flight, with its key figures, as PNG.
 
     Raises:

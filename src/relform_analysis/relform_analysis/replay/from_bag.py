@@ -24,7 +24,7 @@ from relform_ros.raw import raw_stamp_ns
 from relform_ros.sensors.wire import wire
 
 
-def read_recorded_flight(path: Path, configuration: Path | str | None = None) -> RecordedFlight:
+def read_recorded_flight(path: Path | str, configuration: Path | str | None = None) -> RecordedFlight:
     """Read a flight, from its first control step to the last one that the bag holds whole.
 
     Args:

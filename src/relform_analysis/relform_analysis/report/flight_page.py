@@ -37,7 +37,7 @@ SCRIPTS = (
 )
 
 
-def write_flight_report(path: Path, log: FlightLog, summary: Json) -> None:
+def write_flight_report(path: Path | str, log: FlightLog, summary: Json) -> None:
     """Write the report of a flight.
 
     Args:

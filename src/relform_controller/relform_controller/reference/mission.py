@@ -1,13 +1,13 @@
 """The mission of a flight: it gives the reference at any time and takes requests."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.formation import FormationSchedule
-from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory
+from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory, SampledReference
 from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
 from relform_core.errors import ConfigError
@@ -76,12 +76,25 @@ class Mission(Protocol):
 
 
 class ScenarioMission:
-    """The phases of a scenario, one after the other; a request holds until a phase changes the formation."""
+    """The phases of a scenario, one after the other; a request holds until a phase changes the formation.
 
-    def __init__(self, config: ScenarioConfig) -> None:
+    Args:
+        config: the scenario.
+        leader: what the leader flies in place of the motions of the phases: its reference at times since
+            the start of the mission [s], shape (instant,). It is asked one horizon beyond the end.
+    """
+
+    def __init__(
+        self, config: ScenarioConfig, leader: Callable[[Array], LeaderReference] | None = None
+    ) -> None:
         self._config = config
         horizon_steps = math.ceil(config.controller.horizon / config.controller.period - 1e-9)
-        self._trajectory = LeaderTrajectory(config, config.command_lead_steps + horizon_steps)
+        n_extra = config.command_lead_steps + horizon_steps
+        self._trajectory = (
+            LeaderTrajectory(config, n_extra)
+            if leader is None
+            else SampledReference(leader, config.period_ns)
+        )
         self._schedule = FormationSchedule(config)
 
     @property

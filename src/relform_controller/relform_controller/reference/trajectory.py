@@ -7,6 +7,7 @@ except that a recorded path may fly sideways too.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,6 +88,28 @@ class LeaderTrajectory:
         """Smallest height between two instants since the start of the flight [ns]: [m]."""
         first, last = (stamp_ns * _SAMPLES // self._period_ns for stamp_ns in (first_ns, last_ns))
         return float(self._samples[first : last + 1, 2].min())
+
+
+class SampledReference:
+    """A reference of one's own, asked by instants as a ``LeaderTrajectory`` is.
+
+    Args:
+        reference: of the leader at times since the start of the flight [s], shape (instant,).
+        period_ns: control period [ns].
+    """
+
+    def __init__(self, reference: Callable[[Array], LeaderReference], period_ns: int) -> None:
+        self._reference = reference
+        self._period_ns = period_ns
+
+    def at(self, stamps_ns: Integers) -> LeaderReference:
+        """The reference at instants since the start of the flight [ns], shape (instant,)."""
+        return self._reference(stamps_ns / NANOSECONDS_PER_SECOND)
+
+    def lowest(self, first_ns: int, last_ns: int) -> float:
+        """Smallest height at control steps between two instants since the start of the flight [ns]: [m]."""
+        heights = self.at(np.arange(first_ns, last_ns + 1, self._period_ns)).p_NB_N[:, 2]
+        return float(heights.min())
 
 
 def _profiles(config: ScenarioConfig, time: Array) -> Array:

@@ -95,3 +95,13 @@ class Terms:
     vehicle: Sequence[VehicleTerm]
     leader: Sequence[LeaderTerm]
     pair: Sequence[PairTerm]
+
+    def plus(
+        self,
+        *,
+        vehicle: Sequence[VehicleTerm] = (),
+        leader: Sequence[LeaderTerm] = (),
+        pair: Sequence[PairTerm] = (),
+    ) -> "Terms":
+        """These terms and more, behind them."""
+        return Terms((*self.vehicle, *vehicle), (*self.leader, *leader), (*self.pair, *pair))
