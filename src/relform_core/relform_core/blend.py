@@ -123,11 +123,13 @@ class Blend:
             points += _drawn_aside(self.detours, detour_weights(share[:, 0])[0])
         return points
 
-    def velocity_at(self, elapsed: float) -> Array:
-        """Velocities at a time since the start [s]: [m/s], shape (point, 3)."""
-        if elapsed >= self.duration:
-            return np.zeros_like(self.start)
-        return self._velocity(np.array([elapsed / self.duration]))[:, 0]
+    def velocity_at(self, elapsed: Array) -> Array:
+        """Velocities at times since the start [s], shape (instant,): [m/s], shape (point, instant, 3)."""
+        velocity = np.zeros((len(self.start), len(elapsed), 3))
+        moves = elapsed < self.duration
+        if moves.any():
+            velocity[:, moves] = self._velocity(elapsed[moves] / self.duration)
+        return velocity
 
     def accelerations(self) -> Array:
         """At instants with the largest one among them [m/s^2], shape (point, instant, 3).

@@ -83,7 +83,8 @@ class FormationChanges:
             phase: the phase that changes the formation; None: a request.
         """
         target = self.places(formation)
-        start, velocity = before.at(np.array([elapsed]))[:, 0], before.velocity_at(elapsed)
+        now = np.array([elapsed])
+        start, velocity = before.at(now)[:, 0], before.velocity_at(now)[:, 0]
         limits = self._config.controller.formation_change
         if limits is None:  # a recording of an older version
             return Blend(start, np.zeros_like(start), target, self._config.controller.formation_ramp or 0.0)

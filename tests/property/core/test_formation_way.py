@@ -55,8 +55,8 @@ def check(way: Blend, velocity: Array, limits: FormationChangeConfig) -> None:
     np.testing.assert_array_equal(path[:, 0], way.start)
     np.testing.assert_allclose(path[:, -1], way.target, atol=1e-12)
     np.testing.assert_array_equal(path[0], 0.0)
-    np.testing.assert_allclose(way.velocity_at(0.0), velocity, atol=1e-9)
-    np.testing.assert_array_equal(way.velocity_at(way.duration), np.zeros_like(velocity))
+    np.testing.assert_allclose(way.velocity_at(np.array([0.0]))[:, 0], velocity, atol=1e-9)
+    np.testing.assert_array_equal(way.velocity_at(np.array([way.duration]))[:, 0], np.zeros_like(velocity))
     rates = np.diff(path, axis=1) / times[1]
     fastest = max(limits.speed_max, float(np.linalg.norm(velocity, axis=1).max()))
     assert np.linalg.norm(rates, axis=2).max() <= 1.005 * fastest
@@ -86,7 +86,7 @@ def test_on_the_way(
     if before.duration == 0.0:
         return
     elapsed = share * before.duration
-    places, velocity = before.at(np.array([elapsed]))[:, 0], before.velocity_at(elapsed)
+    places, velocity = before.at(np.array([elapsed]))[:, 0], before.velocity_at(np.array([elapsed]))[:, 0]
     back = start[[0, *(number for number in order if number < len(start))]]
     way = planned(places, velocity, back, limits)
     if way is not None:

@@ -79,9 +79,10 @@ def test_braking_goes_straight_and_does_not_turn_back() -> None:
 def test_phases_are_flown_from_where_the_leader_is() -> None:
     config = paper_scenario().config
     start = LeaderState.at_rest(np.array([5.0, -3.0, 1.2]), config.start.yaw + math.pi / 2)
-    path = PhasesPath(config, start, horizon=0.75)
+    trajectory = LeaderTrajectory(config, 15)
+    path = PhasesPath(config, trajectory, start)
     times = np.array([0.0, 3.25, 8.0, 20.5])
-    found, flown = path.at(times), LeaderTrajectory(config, 15).at(np.rint(times * 1e9).astype(np.int64))
+    found, flown = path.at(times), trajectory.at(np.rint(times * 1e9).astype(np.int64))
     x, y, z = (flown.p_NB_N - np.array(config.start.position)).T
     assert found.p_NB_N == pytest.approx(start.p_NB_N + np.stack([-y, x, z], axis=1))
     v_x, v_y, v_z = flown.v_NB_N.T

@@ -8,6 +8,7 @@ import pytest
 
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.online_mission import OnlineMission
+from relform_controller.reference.trajectory import LeaderTrajectory
 from relform_core.errors import ConfigError
 from support.scenarios import paper_scenario
 
@@ -102,6 +103,19 @@ def test_the_phases_change_formation_and_end_in_a_hover() -> None:
     assert seen[219][1] == (-1.0, -0.5, -0.5)
     assert seen[220][1] == (-1.0, -0.75, -0.5)
     assert flown.step > begin + 540
+
+
+def test_a_start_does_not_plan_the_phases_in_flight(monkeypatch: pytest.MonkeyPatch) -> None:
+    flown = Flown("phases.4.duration_s=3600")
+    flown.fly(0.1)
+
+    def too_slow(*_: object) -> None:
+        raise AssertionError("the trajectory of an hour takes seconds")
+
+    monkeypatch.setattr(LeaderTrajectory, "__init__", too_slow)
+    flown.mission.start()
+    flown.fly(1.0)
+    assert flown.phase() == "A"
 
 
 def test_a_trajectory_is_followed() -> None:

@@ -65,15 +65,17 @@ def test_from_any_velocity_a_blend_keeps_its_bounds_and_comes_to_rest(
     np.testing.assert_array_equal(at_start, START)
     np.testing.assert_allclose(at_end, target, atol=1e-9)
     np.testing.assert_array_equal(after, at_end)
-    np.testing.assert_allclose(blend.velocity_at(0.0), initial, atol=1e-12)
-    np.testing.assert_array_equal(blend.velocity_at(blend.duration), np.zeros((2, 3)))
+    np.testing.assert_allclose(blend.velocity_at(np.array([0.0]))[:, 0], initial, atol=1e-12)
+    np.testing.assert_array_equal(blend.velocity_at(np.array([blend.duration]))[:, 0], np.zeros((2, 3)))
     middle, step = 0.4 * blend.duration, 1e-5 * blend.duration
     ahead, behind = np.moveaxis(blend.at(np.array([middle + step, middle - step])), 1, 0)
-    np.testing.assert_allclose(blend.velocity_at(middle), (ahead - behind) / (2.0 * step), atol=1e-4)
+    np.testing.assert_allclose(
+        blend.velocity_at(np.array([middle]))[:, 0], (ahead - behind) / (2.0 * step), atol=1e-4
+    )
 
 
 def test_a_step() -> None:
     target = START + 1.0
     blend = Blend(START, np.zeros((2, 3)), target, 0.0)
     np.testing.assert_array_equal(blend.at(np.array([0.0]))[:, 0], target)
-    np.testing.assert_array_equal(blend.velocity_at(0.0), np.zeros((2, 3)))
+    np.testing.assert_array_equal(blend.velocity_at(np.array([0.0]))[:, 0], np.zeros((2, 3)))

@@ -120,8 +120,8 @@ def test_vehicles_that_move_keep_their_velocities() -> None:
     assert not is_free(direct, SEPARATION)
     way = around(direct, LIMITS, SEPARATION)
     assert way is not None
-    np.testing.assert_allclose(way.velocity_at(0.0), velocity, atol=1e-12)
-    np.testing.assert_array_equal(way.velocity_at(way.duration), np.zeros((3, 3)))
+    np.testing.assert_allclose(way.velocity_at(np.array([0.0]))[:, 0], velocity, atol=1e-12)
+    np.testing.assert_array_equal(way.velocity_at(np.array([way.duration]))[:, 0], np.zeros((3, 3)))
     assert closest(way) > 0.6
 
 

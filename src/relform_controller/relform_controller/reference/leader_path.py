@@ -76,9 +76,8 @@ class Transfer:
 
     def at(self, elapsed: Array) -> LeaderReference:
         """See ``LeaderPath``."""
-        v_NB_N = np.stack([self._position.velocity_at(float(each))[0] for each in elapsed])
         yaw_NB = self._yaw_NB + self._turn.at(elapsed)[0, :, 0]
-        return LeaderReference(self._position.at(elapsed)[0], v_NB_N, yaw_NB)
+        return LeaderReference(self._position.at(elapsed)[0], self._position.velocity_at(elapsed)[0], yaw_NB)
 
 
 class PhasesPath:
@@ -86,13 +85,12 @@ class PhasesPath:
 
     Args:
         config: the scenario.
+        trajectory: of its phases; the motion of the last one continues after its end.
         start: at the begin, at rest.
-        horizon: time for which the motion of the last phase continues after its end [s].
     """
 
-    def __init__(self, config: ScenarioConfig, start: LeaderState, horizon: float) -> None:
-        n_extra = int(np.ceil(horizon / config.controller.period - 1e-9))
-        self._trajectory = LeaderTrajectory(config, n_extra)
+    def __init__(self, config: ScenarioConfig, trajectory: LeaderTrajectory, start: LeaderState) -> None:
+        self._trajectory = trajectory
         self._origin_N = np.array(config.start.position)
         self._start = start
         self._turn = start.yaw_NB - config.start.yaw

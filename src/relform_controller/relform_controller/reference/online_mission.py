@@ -12,6 +12,7 @@ from relform_controller.reference.formation import FormationSchedule
 from relform_controller.reference.leader_path import LeaderPath, LeaderState, PhasesPath, Transfer
 from relform_controller.reference.mission import MissionReference
 from relform_controller.reference.timed_path import TimedPath
+from relform_controller.reference.trajectory import LeaderTrajectory
 from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
 from relform_core.errors import ConfigError
@@ -40,6 +41,10 @@ class OnlineMission:
         self._config = config
         self._limits = config.controller.leader_motion
         self._flies_around_obstacles = config.controller.constraints.keep_out is not None
+        lead = config.command_lead_ns / NANOSECONDS_PER_SECOND
+        n_extra = math.ceil((lead + config.controller.horizon) / config.controller.period - 1e-9)
+        self._trajectory = LeaderTrajectory(config, n_extra)
+        """Of the phases of the scenario; made here because that of a long flight takes seconds."""
         only_first = {"phases": config.phases[:1]}  # the others are flown on request
         self._schedule = FormationSchedule(config.model_copy(update=only_first))
         self._path: LeaderPath | None = None
@@ -83,9 +88,7 @@ class OnlineMission:
             ConfigError: the team would come to the ground or into an obstacle, or cannot change from its
                 present formation to the first one.
         """
-        controller = self._config.controller
-        lead = self._config.command_lead_ns / NANOSECONDS_PER_SECOND
-        path = PhasesPath(self._config, self._state(), lead + controller.horizon)
+        path = PhasesPath(self._config, self._trajectory, self._state())
         first = self._config.formations[self._config.phases[0].formation]
         if first != self.formation:
             self._schedule.check(first)
@@ -226,19 +229,19 @@ class OnlineMission:
         n_samples = 2 + math.ceil(max(0.0, path.duration - since) * _SAMPLES_PER_S)
         way = path.at(np.linspace(since, max(since, path.duration), n_samples))
         needed = self._config.vehicle.collision_radius
-        R_NC = rotations_z(way.yaw_NB)
+        lowest = float(way.p_NB_N[:, 2].min())
         places = {(self._config.team.leader, (0.0, 0.0, 0.0))}
         formations = (*self._schedule.from_next_step_on(), *later)
         places |= {each for formation in formations for each in formation.items()}
         for vehicle, place in sorted(places):
-            p_NB_N = way.p_NB_N + R_NC @ np.array(place)
-            if (lowest := float(p_NB_N[:, 2].min())) < needed:
+            if (height := lowest + place[2]) < needed:
                 raise ConfigError(
-                    f"'{vehicle}' would come to {lowest:.2f} m above the ground, at least {needed:g} m are "
+                    f"'{vehicle}' would come to {height:.2f} m above the ground, at least {needed:g} m are "
                     "needed"
                 )
-            if self._flies_around_obstacles:
+            if self._flies_around_obstacles or not self._config.obstacles:
                 continue
+            p_NB_N = way.p_NB_N + rotations_z(way.yaw_NB) @ np.array(place)
             if (free := float(clearance(self._config.obstacles, p_NB_N).min())) < needed:
                 raise ConfigError(
                     f"'{vehicle}' would come within {free:.2f} m of an obstacle, at least {needed:g} m are "
