@@ -44,6 +44,7 @@ def metronome(now: SteadyClock) -> Metronome:
         start_timeout=60.0,
         step_timeout=2.0,
         now=now,
+        world=(LEADER,),
     )
     finish(metronome, LEADER, CONTROLLER, RECORDER)
     return metronome
@@ -126,6 +127,27 @@ def test_a_clock_that_was_stopped_blames_nobody(metronome: Metronome, now: Stead
     assert metronome.complete(), "the steps of the past begin at once"
 
 
+def test_steps_are_held_back_while_the_world_is_late(metronome: Metronome, now: SteadyClock) -> None:
+    metronome.advance()
+    now.time = 1234.56
+    assert metronome.complete(), "the leader may be late by one step"
+    metronome.advance()
+    now.time = 1234.61
+    assert not metronome.complete()
+    now.time = 1234.63
+    finish(metronome, LEADER, step=0)
+    assert metronome.complete()
+    assert metronome.advance() == 2
+    assert metronome.report()["real_time.held_s"] == pytest.approx(0.03, abs=1e-9)
+    assert metronome.due() == pytest.approx(1234.68, abs=1e-9), "and all that follow"
+    finish(metronome, LEADER, step=1)
+    finish(metronome, LEADER, step=2)
+    now.time = 1234.69
+    assert metronome.complete()
+    metronome.advance()
+    assert metronome.due() == pytest.approx(1234.73, abs=1e-9), "the clock was late, and makes up for it"
+
+
 def test_after_a_fault_the_others_finish_the_step(metronome: Metronome, now: SteadyClock) -> None:
     metronome.advance()
     finish(metronome, LEADER, fault="on the ground")
@@ -157,6 +179,19 @@ def test_the_time_of_a_flight_follows_the_fastest_tick(now: SteadyClock) -> None
     flight.tick(2)
     assert flight.now_ns() == 119 * MS, "this tick is 19 ms slower than the one before"
     assert flight.steady(2 * PERIOD_NS) == pytest.approx(100.101, abs=1e-9)
+
+
+def test_the_time_of_a_flight_follows_a_clock_that_held_a_step_back(now: SteadyClock) -> None:
+    flight = FlightTime(PERIOD_NS, now.ns)
+    for step in range(4):
+        now.time = 7.0 + step * 0.05
+        flight.tick(step)
+    now.time = 7.0 + 4 * 0.05 + 0.07
+    flight.tick(4)
+    assert flight.now_ns() == 4 * PERIOD_NS
+    now.time += 0.04  # the node itself was late with step 4
+    flight.tick(5)
+    assert flight.now_ns() == 5 * PERIOD_NS
 
 
 def test_the_time_of_a_flight_follows_a_clock_that_goes_differently(now: SteadyClock) -> None:

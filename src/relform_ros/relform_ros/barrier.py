@@ -105,8 +105,8 @@ class Barrier:
         return step == expected
 
     def due(self) -> float:
-        """Steady time at which the next step may begin even if no member reports [s]."""
-        return math.inf
+        """Steady time before which the next step does not begin [s]."""
+        return -math.inf
 
     def report(self) -> Mapping[str, object]:
         """What the clock adds to its diagnostics."""

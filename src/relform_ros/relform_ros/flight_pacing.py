@@ -25,7 +25,7 @@ from relform_ros.lockstep import JOINED, READY, Done, step_at
 from relform_ros.pacing import Gathered, Stamped
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import Reason, RejectionError
-from relform_ros.spinner import Spinner, until
+from relform_ros.spinner import Spinner, until, until_instant
 from relform_ros.step_done import done_from_msg, done_to_msg
 from relform_ros.topics import Topic, topic_table
 
@@ -168,8 +168,7 @@ class FlightPacing(ABC):
     async def leave(self) -> None:
         """See ``Pacing``."""
         self._endpoints.wait_until_received(FAREWELL_S)
-        end = time.monotonic() + self._place * LEAVE_APART_S
-        await until(lambda: time.monotonic() >= end, LEAVE_APART_S)
+        await until_instant(time.monotonic() + self._place * LEAVE_APART_S)
 
     async def _join(self) -> None:
         """Join the flight, find the other nodes, and report that it may start."""

@@ -16,6 +16,7 @@ class FlightTime:
 
     The tick of step k tells that k periods have passed. Its way takes time, and sometimes much: so the tick
     that came earliest for its step counts, of the last ones. The time lags by the shortest way of a tick.
+    A tick that is more than a period late begins anew, because the clock may have held the step back.
 
     Args:
         now_ns: steady time, that of ``time.monotonic`` [ns].
@@ -30,7 +31,10 @@ class FlightTime:
 
     def tick(self, step: int) -> None:
         """The tick of a step has arrived."""
-        self._starts.append(self._now_ns() - step * self._period_ns)
+        start_ns = self._now_ns() - step * self._period_ns
+        if start_ns > self._start_ns + self._period_ns:
+            self._starts.clear()
+        self._starts.append(start_ns)
         self._start_ns = min(self._starts)
 
     def now_ns(self) -> int:

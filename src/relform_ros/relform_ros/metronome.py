@@ -1,7 +1,7 @@
-"""The beat of a flight in real time: step k begins k periods after the first, whatever the members do."""
+"""The beat of a flight in real time: step k begins k periods after the first, if the world keeps pace."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from relform_ros.barrier import Barrier
@@ -14,13 +14,25 @@ class Metronome(Barrier):
     In between a member may finish steps late, or leave some out. Each step that it had not finished when the
     next one began is counted; of an observer, when the one after that began. A member that finishes nothing
     for the step timeout ends the flight.
+
+    The simulated vehicles are the world, which must not fall behind the time of the flight: if one of them is
+    late by more than a step, the next step is held back, and all that follow. The flight then takes longer.
+
+    Args:
+        args: of ``Barrier``.
+        world: names of the members that are the world.
+        options: of ``Barrier``.
     """
 
-    def __init__(self, *args: Any, **options: Any) -> None:
-        """Arguments as of ``Barrier``."""
+    def __init__(self, *args: Any, world: Iterable[str], **options: Any) -> None:
         super().__init__(*args, **options)
+        self._world = tuple(world)
         self._start = self._began
-        """Of step 0, steady time [s]."""
+        """Of step 0, steady time, plus the time for which steps were held back [s]."""
+        self._holds = False
+        """Whether the next step is held back."""
+        self._held = 0.0
+        """Time for which steps were held back [s]."""
         self._active = dict.fromkeys(self._finished, self._began)
         """When each member has last finished a step, or had nothing to do [s]."""
         self._missed: Counter[str] = Counter()
@@ -47,7 +59,11 @@ class Metronome(Barrier):
         _, step_timeout = self._timeouts
         if silent := [node for node in self._late() if now - self._active[node] > step_timeout]:
             raise self._silent(silent)
-        return now >= self.due()
+        if now < self.due():
+            return False
+        keeps_pace = all(self._finished[node] >= self._step - 1 for node in self._world)
+        self._holds |= not keeps_pace
+        return keeps_pace
 
     def advance(self) -> int:
         """See ``Barrier``."""
@@ -56,10 +72,16 @@ class Metronome(Barrier):
             self._start = self._now()
         else:
             self._missed.update(late)
+        if self._holds:
+            delay = self._now() - self.due()
+            self._start += delay
+            self._held += delay
+            self._holds = False
         for node in self._active.keys() - set(late):
             self._active[node] = self._now()
         return super().advance()
 
     def report(self) -> Mapping[str, object]:
         """See ``Barrier``."""
-        return {f"real_time.missed_steps.{node}": self._missed[node] for node in self._finished}
+        missed = {f"real_time.missed_steps.{node}": self._missed[node] for node in self._finished}
+        return {**missed, "real_time.held_s": self._held}

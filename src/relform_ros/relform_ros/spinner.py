@@ -67,6 +67,11 @@ def until(
         yield wait
 
 
+async def until_instant(deadline: float) -> None:
+    """Wait until an instant of ``time.monotonic`` [s]."""
+    await until(lambda: time.monotonic() >= deadline, deadline=deadline)
+
+
 class Spinner:
     """Lets callbacks of the nodes of one process run while their logic waits.
 

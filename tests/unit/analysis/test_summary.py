@@ -111,7 +111,8 @@ def in_real_time() -> dict[str, Any]:
     builder = perfect_builder(scenario, ["A"] * 20)
     for late, ages in ((1, (9.0, 30.0, 77.0)), (2, (3.25, 8.5, 12.0))):
         missed = {"/leader/quadrotor": 0, "/formation/controller": late, "/recorder": 0}
-        builder.add_report("/sim/clock", {f"real_time.missed_steps.{k}": str(n) for k, n in missed.items()})
+        counts = {f"real_time.missed_steps.{k}": str(n) for k, n in missed.items()}
+        builder.add_report("/sim/clock", {**counts, "real_time.held_s": str(0.25 * late)})
         for node, older in (
             ("/formation/controller", -1.0),
             ("/leader/quadrotor", 0.0),
@@ -129,6 +130,7 @@ def test_in_real_time_the_oldest_data_counts(summary: dict[str, Any]) -> None:
     assert summary["real_time"] is None
     assert in_real_time()["real_time"] == {
         "missed_steps": {"/leader/quadrotor": 0, "/formation/controller": 2, "/recorder": 0},
+        "held_s": 0.5,
         "measurement_age_median_ms": 2.25,
         "measurement_age_p99_ms": 7.5,
         "measurement_age_max_ms": 11.0,

@@ -8,6 +8,7 @@ from relform_core.names import CLOCK_NODE, vehicle_node
 from relform_core.roster import Roster
 
 MISSED = "real_time.missed_steps."
+HELD = "real_time.held_s"
 AGE = "real_time.age"
 
 
@@ -26,6 +27,8 @@ class RealTimeMetrics:
 
     missed_steps: Mapping[str, int]
     """By node, the steps that it had not finished when the next one began."""
+    held: float
+    """Time for which steps were held back because vehicles were late [s]."""
     measurements: Ages | None
     """From the instant of measurements to the decision; None: not reported."""
     commands: Ages | None
@@ -36,13 +39,17 @@ def real_time_metrics(log: FlightLog) -> RealTimeMetrics | None:
     """Of a whole flight; None: it was in lock-step, or its nodes have reported nothing."""
     if not log.real_time:
         return None
+    of_clock = log.real_time.get(CLOCK_NODE, {})
     missed = {
-        key.removeprefix(MISSED): int(number)
-        for key, number in log.real_time.get(CLOCK_NODE, {}).items()
-        if key.startswith(MISSED)
+        key.removeprefix(MISSED): int(number) for key, number in of_clock.items() if key.startswith(MISSED)
     }
     controllers = [controller.node for controller in Roster.of(log.scenario.config).controllers]
-    return RealTimeMetrics(missed, _oldest(log, controllers), _oldest(log, map(vehicle_node, log.vehicles)))
+    return RealTimeMetrics(
+        missed,
+        of_clock.get(HELD, 0.0),
+        _oldest(log, controllers),
+        _oldest(log, map(vehicle_node, log.vehicles)),
+    )
 
 
 def _oldest(log: FlightLog, nodes: Iterable[str]) -> Ages | None:

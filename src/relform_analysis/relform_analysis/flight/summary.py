@@ -128,6 +128,7 @@ def _phase(phase: PhaseMetrics) -> Json:
 def _real_time(metrics: RealTimeMetrics) -> Json:
     return {
         "missed_steps": dict(metrics.missed_steps),
+        "held_s": metrics.held,
         **_ages(metrics.measurements, "measurement"),
         **_ages(metrics.commands, "command"),
     }

@@ -18,6 +18,7 @@ def real_time_rows(summary: Json) -> list[tuple[str, str]]:
 
     return [
         ("steps finished late, most", f"{late[worst]}, {worst}" if worst and late[worst] else "0"),
+        ("held back for late vehicles", f"{found.get('held_s', 0.0):.2f} s"),
         ("measurement age, 50/99/100 %", ages("measurement")),
         ("command age, 50/99/100 %", ages("command")),
     ]

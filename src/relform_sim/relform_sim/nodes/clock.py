@@ -4,6 +4,7 @@ Its exit codes are those of ``relform_core.exit_codes.NodeExit``.
 """
 
 import time
+from collections.abc import Callable
 from functools import partial
 
 import rclpy
@@ -14,7 +15,7 @@ from rosgraph_msgs.msg import Clock
 
 from relform_core.errors import FlightError
 from relform_core.exit_codes import NodeExit
-from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, step_done_topic
+from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, step_done_topic, vehicle_node
 from relform_core.roster import Roster
 from relform_msgs.msg import StepDone
 from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
@@ -26,7 +27,7 @@ from relform_ros.flight_pacing import configuration_of
 from relform_ros.metronome import Metronome
 from relform_ros.parameters import read_observers, read_only, read_scenario
 from relform_ros.run_node import run_node
-from relform_ros.spinner import Spinner, until
+from relform_ros.spinner import Spinner, until, until_instant
 from relform_ros.step_done import done_from_msg
 from relform_ros.topics import topic_table
 
@@ -52,7 +53,9 @@ class ClockServer:
         self._members = roster.members
         for member in self._members:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
-        make_barrier = Barrier if config.real_time is None else Metronome
+        make_barrier: Callable[..., Barrier] = Barrier
+        if config.real_time is not None:
+            make_barrier = partial(Metronome, world=map(vehicle_node, roster.vehicles))
         self._barrier = make_barrier(
             self._members,
             roster.observers,
@@ -91,7 +94,8 @@ class ClockServer:
             if is_due(step, self._config.period_ns):
                 report = self._diagnostics.report(stamp_ns, self._barrier.report())
                 self._endpoints.publish(DIAGNOSTICS, report)
-            await until(self._barrier.complete, deadline=self._barrier.due())
+            await until_instant(self._barrier.due())
+            await until(self._barrier.complete)
 
     async def _unresponsive(self) -> list[str]:
         """The members that do not answer a request for a parameter."""
