@@ -134,7 +134,9 @@ def test_bad_variants_and_options(tmp_path: Path, capsys: pytest.CaptureFixture[
     variants = tmp_path / "variants.yaml"
     variants.write_text("variants: [{name: odd, title: t, set: [controller.wings=2]}]")
     assert main(arguments(tmp_path / "out", 2, "--variants", str(variants))) == 2
-    assert capsys.readouterr().err == "error: variant 'odd': --set controller.wings: unknown key\n"
+    assert capsys.readouterr().err == (
+        "error: variant 'odd': --set controller.wings: unknown key (did you mean 'weights'?)\n"
+    )
     assert not (tmp_path / "out").exists()
     assert main([*arguments(tmp_path / "out", 2), "--seed", "-4"]) == 2
     assert "seed: must be a whole number of at least 0 (got -4)" in capsys.readouterr().err

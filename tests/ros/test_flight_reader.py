@@ -180,7 +180,7 @@ def test_configuration_of_a_bag_without_attachment(tmp_path: Path) -> None:
         log = read_flight_log(tmp_path / "run")
         assert (log.scenario.seed, len(log.phase)) == (seed, STEPS)
     file.write_text("name: [")
-    assert error_of(tmp_path / "run").startswith(f"{file}:1: not valid YAML")
+    assert error_of(tmp_path / "run").startswith(f"{file}:1:8: not valid YAML")
 
 
 def test_given_configuration_comes_before_the_attachment(tmp_path: Path) -> None:
@@ -194,7 +194,7 @@ def test_given_configuration_comes_before_the_attachment(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("name: [", "its attachment config.yaml:1: not valid YAML"),
+        ("name: [", "its attachment config.yaml:1:8: not valid YAML"),
         (SCENARIO.effective_yaml.replace("mass_kg", "weight_kg"), "vehicle.mass_kg: missing key"),
     ],
 )

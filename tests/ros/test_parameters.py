@@ -284,7 +284,7 @@ def test_one_file_for_all_nodes_with_remapped_topics_and_an_unknown_parameter(
     assert ends.pop("controller") == (
         0,
         f"{warning} failsafe.plan_max_s is ignored\n"
-        f"{warning} weights.formation is ignored; did you mean {WEIGHT}?\n",
+        f"{warning} weights.formation is ignored (did you mean '{WEIGHT}'?)\n",
     )
     (clock_warning,) = ends.pop("clock")[1].splitlines()
     assert clock_warning == "/sim/clock: warning: unknown parameter failsafe.plan_max_s is ignored"

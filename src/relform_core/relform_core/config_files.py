@@ -7,6 +7,7 @@ from pathlib import Path
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
 from relform_core.errors import ConfigError
+from relform_core.suggestions import did_you_mean
 
 PACKAGE = "relform_bringup"
 """Package that installs the folder ``config/``."""
@@ -41,7 +42,10 @@ def find_config(kind: str, reference: str | Path, folder: Path | None = None) ->
         known = installed_configs(kind)
         if reference not in known:
             expected = f" or one of {', '.join(known)}" if known else f"; {PACKAGE} is not installed"
-            raise ConfigError(f"unknown {kind} '{reference}': expected a file name ({SUFFIX}){expected}")
+            meant = did_you_mean(reference, known)
+            raise ConfigError(
+                f"unknown {kind} '{reference}'{meant}: expected a file name ({SUFFIX}){expected}"
+            )
         return known[reference]
     return Path(os.path.normpath(folder / reference)) if folder is not None else Path(reference)
 

@@ -18,9 +18,12 @@ else:
 class _Event(Schema):
     """A disturbance of one vehicle between two instants, in seconds from the start of the flight."""
 
-    start: Annotated[NonNegative, Field(alias="start_s")]
-    end: Annotated[Positive, Field(alias="end_s")]
-    target: Name
+    start: Annotated[NonNegative, Field(alias="start_s", examples=[3.5])]
+    """Start of the event, from the start of the flight."""
+    end: Annotated[Positive, Field(alias="end_s", examples=[4.5])]
+    """End of the event; greater than ``start_s``."""
+    target: Annotated[Name, Field(examples=["follower_1"])]
+    """Name of the vehicle."""
 
     def active(self, time: float) -> bool:
         """Whether the event acts at ``time`` [s]."""
@@ -37,55 +40,62 @@ class Wind(_Event):
     """A constant force on the vehicle."""
 
     kind: Literal["wind"]
-    force_N: Annotated[Vector3, Field(alias="force_n")]
-    """In the world frame {n} [N]."""
+    force_N: Annotated[Vector3, Field(alias="force_n", examples=[[0.0, 3.5, 0.0]])]
+    """The force in the world frame {n}."""
 
 
 class ThrustScale(_Event):
-    """Every rotor's thrust and torque is multiplied by ``scale``."""
+    """Every rotor's thrust and torque is multiplied by a factor."""
 
     kind: Literal["thrust_scale"]
-    scale: Annotated[float, Field(gt=0.0, le=2.0)]
+    scale: Annotated[float, Field(gt=0.0, le=2.0, examples=[0.9])]
+    """The factor; 0.9 is a loss of ten percent."""
 
 
 class Outliers(_Event):
-    """Measured ranges and bearings are replaced by wrong ones with this probability."""
+    """Measured ranges and bearings are replaced by wrong ones."""
 
     kind: Literal["outliers"]
-    probability: Probability
-    range_std: Annotated[Positive, Field(alias="range_std_m")]
-    bearing_std: Annotated[float, Field(alias="bearing_std_deg", gt=0.0, le=180.0), DEGREES]
+    probability: Annotated[Probability, Field(examples=[0.05])]
+    """Probability that a target's measurement is replaced."""
+    range_std: Annotated[Positive, Field(alias="range_std_m", examples=[1.0])]
+    """Standard deviation of the error of the range."""
+    bearing_std: Annotated[float, Field(alias="bearing_std_deg", gt=0.0, le=180.0, examples=[57.3]), DEGREES]
+    """Standard deviation of the errors of azimuth and elevation."""
 
 
 class Dropout(_Event):
-    """Messages of one sensor are not sent with this probability."""
+    """Messages of one sensor are not sent."""
 
     kind: Literal["dropout"]
-    sensor: SensorName
-    probability: Probability
+    sensor: Annotated[SensorName, Field(examples=["optic_flow"])]
+    """Name of the sensor, which the vehicle must carry."""
+    probability: Annotated[Probability, Field(examples=[0.5])]
+    """Probability that a message is not sent."""
 
 
 class Occlusion(_Event):
     """The vehicle does not see another one."""
 
     kind: Literal["occlusion"]
-    hidden: Name
-    """The other vehicle."""
+    hidden: Annotated[Name, Field(examples=["leader"])]
+    """Name of the other vehicle."""
 
 
 class LocalizationJump(_Event):
     """The localization of the leader is off by a constant."""
 
     kind: Literal["localization_jump"]
-    offset_N: Annotated[Vector3, Field(alias="offset_m")]
-    """In the world frame {n} [m]."""
+    offset_N: Annotated[Vector3, Field(alias="offset_m", examples=[[0.5, 0.0, 0.0]])]
+    """The constant in the world frame {n}."""
 
 
 class CommandLoss(_Event):
-    """Commands do not reach the vehicle with this probability."""
+    """Commands do not reach the vehicle."""
 
     kind: Literal["command_loss"]
-    probability: Probability
+    probability: Annotated[Probability, Field(examples=[0.5])]
+    """Probability that a command is lost."""
 
 
 class LinkFault(_Event):
@@ -93,12 +103,13 @@ class LinkFault(_Event):
 
     kind: Literal["link"]
     direction: Literal["up", "down", "both"] = "both"
-    """``up``: from the vehicle to the controller."""
-    probability: Annotated[Probability, Field(alias="loss_probability")] = 0.0
-    delay: Annotated[Delay, Field(alias="delay_s")] = 0.0
-    """Further delay of each packet [s]. The controller does not know it."""
-    jitter: Annotated[Delay, Field(alias="jitter_s")] = 0.0
-    """Further delay, uniform between 0 and this [s]."""
+    """``up``: from the vehicle to the controller, ``down``: from the controller to the vehicle."""
+    probability: Annotated[Probability, Field(alias="loss_probability", examples=[0.5])] = 0.0
+    """Probability that a packet is lost."""
+    delay: Annotated[Delay, Field(alias="delay_s", examples=[0.05])] = 0.0
+    """Further delay of each packet. The controller does not know it."""
+    jitter: Annotated[Delay, Field(alias="jitter_s", examples=[0.02])] = 0.0
+    """Further delay of each packet, uniform between 0 and this."""
 
 
 Event = Annotated[

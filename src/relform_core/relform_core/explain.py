@@ -1,11 +1,15 @@
 """Explain the problems of a configuration, one line each: the key, its requirement, its value."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
+
+from relform_core.json_schema import json_schema, keys_at
+from relform_core.suggestions import did_you_mean
 
 KeyPath = tuple[str, ...]
 
@@ -67,10 +71,17 @@ class Origins:
         return " with ".join([self.locate(key), *([", ".join(sorted(below))] if below else [])])
 
 
-def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins) -> str:
-    """One line for each problem that the validation found in ``tree``."""
+def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins, schema: Any) -> str:
+    """One line for each problem that the validation found.
+
+    Args:
+        error: of the validation.
+        tree: what was validated.
+        origins: of its keys.
+        schema: type that it was validated by; its keys are suggested for misspelt ones.
+    """
     problems = [details for details in error.errors() if not _is_consequence(details)]
-    return "\n".join(_line(details, tree, origins) for details in problems)
+    return "\n".join(_line(details, tree, origins, schema) for details in problems)
 
 
 def _is_consequence(details: ErrorDetails) -> bool:
@@ -78,30 +89,37 @@ def _is_consequence(details: ErrorDetails) -> bool:
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
-def _line(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins) -> str:
+def _line(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins, schema: Any) -> str:
     key = _written_path(details["loc"], tree)
     if details["type"] in ("union_tag_invalid", "union_tag_not_found"):
         key = (*key, "kind")
     where = origins.locate(key)
     match details["type"]:
         case "extra_forbidden":
-            return f"{where}: unknown key"
+            return (
+                f"{where}: unknown key{did_you_mean(key[-1], keys_at(json_schema(schema), tree, key[:-1]))}"
+            )
         case "missing":
             return f"{where}: missing {'item' if isinstance(details['loc'][-1], int) else 'key'}"
         case "value_error":
             return f"{origins.locate_contradiction(key)}: {details['ctx']['error']}"
         case "union_tag_invalid":
-            return (
-                f"{where}: must be one of {details['ctx']['expected_tags']} (got '{details['ctx']['tag']}')"
-            )
+            expected, tag = details["ctx"]["expected_tags"], details["ctx"]["tag"]
+            return f"{where}: must be one of {expected} (got '{tag}'){_meant(tag, expected)}"
         case "union_tag_not_found":
             return f"{where}: missing key"
         case type_ if type_ in _REQUIREMENTS:
             context = {name: _number(value) for name, value in details.get("ctx", {}).items()}
             requirement = _REQUIREMENTS[type_].format_map(context)
-            return f"{where}: must {requirement} (got {_shown(details['input'])})"
+            suggestion = _meant(details["input"], context.get("expected", ""))
+            return f"{where}: must {requirement} (got {_shown(details['input'])}){suggestion}"
         case _:
             return f"{where}: {details['msg']} (got {_shown(details['input'])})"
+
+
+def _meant(value: Any, expected: str) -> str:
+    """A suggestion for a text, from a list of quoted ones."""
+    return did_you_mean(value, re.findall(r"'([^']*)'", expected)) if isinstance(value, str) else ""
 
 
 def _number(value: Any) -> Any:

@@ -1,6 +1,5 @@
 """Schema of ``formations_m``: places of the followers, listed one by one or generated as a shape."""
 
-import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -11,6 +10,7 @@ from relform_core.arrays import Array
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
 from relform_core.schema import Name, Positive, Schema, Vector3
+from relform_core.start_config import PLACE_MAX
 from relform_core.units import DEGREES
 from relform_core.yaml_files import parse_mapping
 
@@ -21,10 +21,10 @@ _DIGITS = 4
 class _Shape(Schema):
     """What all shapes have."""
 
-    spacing: Annotated[Positive, Field(alias="spacing_m")]
-    """Distance of each vehicle to the closest other one [m]."""
-    slope: Annotated[float, Field(alias="slope_deg", ge=-45.0, le=45.0), DEGREES] = 0.0
-    """By this angle the shape is inclined: positive, and vehicles behind the leader are lower."""
+    spacing: Annotated[Positive, Field(alias="spacing_m", examples=[1.0])]
+    """Distance of each vehicle to the closest other one."""
+    slope: Annotated[float, Field(alias="slope_deg", ge=-45.0, le=45.0, examples=[20.0]), DEGREES] = 0.0
+    """Inclination of the shape; positive: vehicles behind the leader are lower."""
 
 
 class LineShape(_Shape):
@@ -43,7 +43,7 @@ class VShape(_Shape):
     """Two arms behind the leader."""
 
     kind: Literal["v"]
-    opening: Annotated[float, Field(alias="opening_deg", ge=60.0, le=180.0), DEGREES] = math.pi / 2.0
+    opening: Annotated[float, Field(alias="opening_deg", ge=60.0, le=180.0), DEGREES] = 90.0
     """Angle between the arms."""
 
 
@@ -57,7 +57,7 @@ class GridShape(_Shape):
     """Rows, the leader in the middle of the first."""
 
     kind: Literal["grid"]
-    columns: Annotated[int | None, Field(ge=1)] = None
+    columns: Annotated[int | None, Field(ge=1, examples=[4])] = None
     """Vehicles in a row; null: the grid is as square as possible."""
 
 
@@ -85,7 +85,7 @@ def shape_from_text(text: str, origin: str) -> Shape:
     try:
         return _SHAPE.validate_python(written)
     except ValidationError as error:
-        raise ConfigError("; ".join(explain(error, written, Origins(origin)).splitlines())) from None
+        raise ConfigError("; ".join(explain(error, written, Origins(origin), Shape).splitlines())) from None
 
 
 def _places(shape: Shape, n_vehicles: int) -> Array:
@@ -121,6 +121,17 @@ def _generated(written: Any, info: ValidationInfo) -> Any:
     return {} if team is None else places_by_follower(shape, team.followers)
 
 
-FormationConfig = Annotated[dict[Name, Annotated[Vector3, Field(strict=False)]], BeforeValidator(_generated)]
+_Coordinate = Annotated[float, Field(ge=-PLACE_MAX, le=PLACE_MAX)]
+_Written = Annotated[
+    dict[Name, tuple[_Coordinate, _Coordinate, _Coordinate]],
+    Field(
+        description="Place of each follower: forward, to the left and up from the leader.",
+        examples=[{"follower_1": [-1.0, -0.5, -0.5], "follower_2": [-1.0, 0.5, -0.5]}],
+    ),
+]
+FormationConfig = Annotated[
+    dict[Name, Annotated[Vector3, Field(strict=False)]],
+    BeforeValidator(_generated, json_schema_input_type=_Written | Shape),
+]
 """Position of each follower relative to the leader in {mc} of the leader [m], by follower name. A file may
 name a shape in its place, which is replaced by the places on loading."""

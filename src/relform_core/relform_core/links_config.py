@@ -15,16 +15,17 @@ Delay = Annotated[float, Field(ge=0.0, le=DELAY_MAX)]
 class DirectionConfig(Schema):
     """One direction of every link. All that a vehicle sends at one instant travels in one packet."""
 
-    loss_probability: Probability = 0.0
+    loss_probability: Annotated[Probability, Field(examples=[0.05])] = 0.0
     """Probability that a packet is lost, independent of the others."""
     burst: Annotated[NonNegative, Field(alias="burst_s")] = 0.0
-    """Length of each burst, in which every packet is lost [s]; 0: there are none."""
+    """Length of each burst, in which every packet is lost; 0: there are none."""
     burst_interval: Annotated[Positive | None, Field(alias="burst_interval_s")] = None
-    """Mean time from the end of a burst to the begin of the next, exponentially distributed [s]."""
-    delay: Annotated[Delay, Field(alias="delay_s")] = 0.0
-    """Time from sending to arrival [s]; a packet is received at the first control instant after it."""
-    jitter: Annotated[Delay, Field(alias="jitter_s")] = 0.0
-    """Further delay of each packet, uniform between 0 and this [s]; packets may overtake each other."""
+    """Mean time from the end of a burst to the start of the next, exponentially distributed; null if
+    ``burst_s`` is 0, and only then."""
+    delay: Annotated[Delay, Field(alias="delay_s", examples=[0.05])] = 0.0
+    """Time from sending to arrival; a packet is received at the first control instant after it."""
+    jitter: Annotated[Delay, Field(alias="jitter_s", examples=[0.02])] = 0.0
+    """Further delay of each packet, uniform between 0 and this; packets may overtake each other."""
 
     @property
     def delay_max(self) -> float:
@@ -44,7 +45,7 @@ PERFECT = DirectionConfig()
 
 
 class LinksConfig(Schema):
-    """Both directions, equal for all vehicles; events of the kind ``link`` are for single vehicles."""
+    """Both directions, equal for all vehicles; events of the kind ``link`` change those of one vehicle."""
 
     up: DirectionConfig = PERFECT
     """From the vehicles to the controller."""

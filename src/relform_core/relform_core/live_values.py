@@ -75,7 +75,7 @@ class LiveSection(Generic[S]):
         try:
             self.config = schema.model_validate_json(to_json(written, inf_nan_mode="constants"))
         except ValidationError as error:
-            raise ConfigError("; ".join(explain(error, written, Origins("")).splitlines())) from None
+            raise ConfigError("; ".join(explain(error, written, Origins(""), schema).splitlines())) from None
         self.values: Mapping[str, Value] = {key: float(_get(written, key)) for key in self.described}
 
     def changed(self, changes: Mapping[str, Value]) -> "LiveSection[S]":

@@ -7,6 +7,7 @@ is the same scenario with these files, the overrides
 and the seed written in; it is a scenario file too.
 """
 
+import functools
 import hashlib
 import os
 from collections.abc import Mapping, Sequence
@@ -23,9 +24,12 @@ from relform_core.config_files import find_config
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
 from relform_core.formation_change import FormationChanges
+from relform_core.json_schema import JsonSchema, json_schema, keys_at
 from relform_core.phase_files import phase_problem, read_phase_files
 from relform_core.scenario_config import ScenarioConfig
-from relform_core.yaml_files import parse_mapping, parse_value, read_mapping, to_text
+from relform_core.scenario_file import ScenarioFile
+from relform_core.suggestions import did_you_mean
+from relform_core.yaml_files import parse_mapping, parse_value, problem, read_mapping, to_text
 
 SECTIONS_IN_FILES = ("vehicle", "sensors", "controller")
 _NO_PLAIN_VALUE = "holds a value that is neither text, number, list nor mapping"
@@ -107,7 +111,7 @@ def _load(
     except PydanticSerializationError:
         raise ConfigError(f"{origin}: {_NO_PLAIN_VALUE}") from None
     except ValidationError as error:
-        raise ConfigError(explain(error, tree, origins)) from None
+        raise ConfigError(explain(error, tree, origins, ScenarioFile)) from None
     if (problem := FormationChanges(config).scenario_problem()) is not None:
         where = f"{origins.locate_contradiction(())}: phases.{problem.phase_index}.formation"
         raise ConfigError(f"{where}: {problem}; put a phase with another formation before it")
@@ -159,8 +163,14 @@ def _apply_override(tree: dict[str, Any], override: str, folder: Path, origins: 
         return
     origins.overrides.add((*parents, last))
     node: Any = tree
-    for name in parents:
-        node = _child(node, name, override)
+    for depth, name in enumerate(parents):
+        known: Sequence[str] = ()
+        if isinstance(node, dict) and name not in node:
+            known = keys_at(_file_schema(), tree, parents[:depth])
+            if name in known:
+                node[name] = {}  # a section that the file leaves to its defaults
+                origins.overrides.add(tuple(parents[: depth + 1]))
+        node = _child(node, name, override, known)
     if isinstance(node, list):
         _child(node, last, override)  # must exist: an override changes an item, it adds none
         node[int(last)] = value
@@ -168,6 +178,11 @@ def _apply_override(tree: dict[str, Any], override: str, folder: Path, origins: 
         node[last] = value  # a key that the schema does not know is reported by the validation
     else:
         raise ConfigError(f"--set {override}: '{'.'.join(parents)}' holds a value, not keys")
+
+
+@functools.cache
+def _file_schema() -> JsonSchema:
+    return json_schema(ScenarioFile)
 
 
 def _override_file(tree: dict[str, Any], section: str, reference: str, origins: Origins) -> None:
@@ -186,19 +201,20 @@ def _override_value(override: str, text: str) -> Any:
     try:
         value = parse_value(text)
         to_json(value, inf_nan_mode="constants")
-    except YAMLError:
-        raise ConfigError(f"--set {override}: the value is not valid YAML") from None
+    except YAMLError as error:
+        raise ConfigError(f"--set {override}: the value is not valid YAML: {problem(error)}") from None
     except PydanticSerializationError:
         raise ConfigError(f"--set {override}: {_NO_PLAIN_VALUE}") from None
     return value
 
 
-def _child(node: Any, name: str, override: str) -> Any:
+def _child(node: Any, name: str, override: str, known: Sequence[str] = ()) -> Any:
+    """The value of a key, or an item; ``known`` are keys to suggest."""
     if isinstance(node, dict) and name in node:
         return node[name]
     if isinstance(node, list) and name.isdecimal() and int(name) < len(node):
         return node[int(name)]
-    raise ConfigError(f"--set {override}: unknown key '{name}'")
+    raise ConfigError(f"--set {override}: unknown key '{name}'{did_you_mean(name, known)}")
 
 
 def _checked_seed(seed: Any, origins: Origins) -> int:

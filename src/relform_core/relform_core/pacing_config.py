@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from relform_core.schema import Schema
+from relform_core.schema import Schema, by_kind
 
 
 class LockstepPacingConfig(Schema):
@@ -24,9 +24,9 @@ class RealTimePacingConfig(Schema):
     """Share of the control period after which no further SQP step of a decision begins."""
 
 
+_Pacing = Annotated[LockstepPacingConfig | RealTimePacingConfig, Field(discriminator="kind")]
 PacingConfig = Annotated[
-    Annotated[LockstepPacingConfig | RealTimePacingConfig, Field(discriminator="kind")],
-    BeforeValidator(lambda written: {"kind": written} if isinstance(written, str) else written),
+    _Pacing, BeforeValidator(by_kind, json_schema_input_type=Literal["lockstep", "real_time"] | _Pacing)
 ]
 """``pacing: real_time`` is short for ``pacing: {kind: real_time}``."""
 

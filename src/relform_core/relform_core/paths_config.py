@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from relform_core.schema import Schema, Vector3
+from relform_core.schema import Magnitude, Schema, Vector3
 
 ACCELERATION_MAX = 10.0
 """Bound on the acceleration of a path [m/s^2], about that of gravity."""
@@ -18,22 +18,23 @@ CORNER_MAX = math.radians(120.0)
 CLIMB_MAX = math.radians(60.0)
 """Bound on the slope between waypoints [rad]; the yaw follows the heading, which a vertical leg lacks."""
 RADIUS_MIN, RADIUS_MAX = 0.1, 1000.0
-"""Bounds on the magnitude of a radius [m]."""
+"""Bounds on the magnitude of a radius, and of a coordinate of a waypoint [m]."""
 EIGHT_TURN = 2.404825557695773
 """Half of the angle that the heading swings through on a figure eight [rad]: the first zero of the Bessel
 function J0, for which the path closes."""
 _PEAK_SLOPE = 1.5
 """Largest slope of the smooth step over a unit of time."""
 
-_Radius = Annotated[float, Field(alias="radius_m")]
-_Turns = Annotated[int, Field(ge=1, le=100)]
+_Coordinate = Annotated[float, Field(ge=-RADIUS_MAX, le=RADIUS_MAX)]
 
 
 class _Path(Schema):
     """What all paths have in common."""
 
-    speed: Annotated[float, Field(alias="speed_m_s", gt=0.0, le=20.0)]
-    ramp: Annotated[float, Field(alias="ramp_s", ge=0.1, le=60.0)]
+    speed: Annotated[float, Field(alias="speed_m_s", gt=0.0, le=20.0, examples=[1.5])]
+    """Speed between the ramps."""
+    ramp: Annotated[float, Field(alias="ramp_s", ge=0.1, le=60.0, examples=[1.5])]
+    """Time in which the speed rises at the start, and falls at the end."""
 
     @property
     def heights(self) -> tuple[float, ...]:
@@ -65,10 +66,12 @@ class _Path(Schema):
 
 
 class _Round(_Path):
-    """A closed path that is flown a number of times; ``radius``, positive: first to the left."""
+    """A closed path that is flown a number of times."""
 
-    radius: _Radius
-    turns: _Turns = 1
+    radius: Annotated[float, Field(alias="radius_m", examples=[2.0]), Magnitude(RADIUS_MIN, RADIUS_MAX)]
+    """Smallest radius of the path; positive is first to the left."""
+    turns: Annotated[int, Field(ge=1, le=100)] = 1
+    """How many times the path is flown."""
 
     @property
     def once(self) -> float:
@@ -82,17 +85,13 @@ class _Round(_Path):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        if not RADIUS_MIN <= abs(self.radius) <= RADIUS_MAX:
-            raise ValueError(
-                f"radius_m must be {RADIUS_MIN:g} to {RADIUS_MAX:g} in magnitude (got {self.radius})"
-            )
         self.check_length(f"radius_m {self.radius}", self.turns * self.once)
         self.check_acceleration(f"radius_m {self.radius}", self.speed**2 / abs(self.radius))
         return self
 
 
 class Circle(_Round):
-    """Fly a level circle at ``radius`` that ends where it starts."""
+    """Fly a level circle that ends where it starts."""
 
     kind: Literal["circle"]
 
@@ -103,7 +102,7 @@ class Circle(_Round):
 
 
 class FigureEight(_Round):
-    """Fly a level figure eight from its crossing and back; ``radius`` is the smallest one, in the loops."""
+    """Fly a level figure eight from its crossing and back; its radius is smallest in the loops."""
 
     kind: Literal["figure_eight"]
 
@@ -114,14 +113,17 @@ class FigureEight(_Round):
 
 
 class Waypoints(_Path):
-    """Fly along straight legs from point to point; the velocity blends from leg to leg over ``ramp``.
+    """Fly along straight legs from point to point; the velocity blends from leg to leg over ``ramp_s``.
 
-    So corners are cut: the path leaves a leg ``speed * ramp / 2`` before its end.
+    So corners are cut: the path leaves a leg ``speed_m_s * ramp_s / 2`` before its end.
     """
 
     kind: Literal["waypoints"]
-    points: Annotated[tuple[Vector3, ...], Field(alias="points_m", min_length=1, max_length=1000)]
-    """Forward, to the left and up from the pose at the start of the motion [m]."""
+    points: Annotated[
+        tuple[tuple[_Coordinate, _Coordinate, _Coordinate], ...],
+        Field(alias="points_m", min_length=1, max_length=1000, examples=[[[5.0, 0.0, 0.0], [7.0, 3.0, 1.0]]]),
+    ]
+    """Forward, to the left and up from the pose at the start of the motion; the first is straight ahead."""
 
     @property
     def heights(self) -> tuple[float, ...]:
@@ -141,9 +143,6 @@ class Waypoints(_Path):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        for index, point in enumerate(self.points):
-            if max(map(abs, point)) > RADIUS_MAX:
-                raise ValueError(f"points_m.{index} is at {point}, at most {RADIUS_MAX:g} m away is possible")
         if self.points[0][0] <= 0.0 or self.points[0][1] != 0.0:
             raise ValueError(
                 f"points_m.0 must be straight ahead, with forward > 0 and left 0 (got {self.points[0]}): "

@@ -5,48 +5,55 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from relform_core.paths_config import Circle, FigureEight, Waypoints
+from relform_core.paths_config import RADIUS_MIN, Circle, FigureEight, Waypoints
 from relform_core.recorded_path_config import RecordedPath
-from relform_core.schema import Label, Name, NonNegative, Positive, Schema
+from relform_core.schema import Label, Magnitude, Name, NonNegative, Positive, Schema
 from relform_core.units import DEGREES
 
 
 class Hover(Schema):
-    """Slow down to rest over ``ramp`` and stay."""
+    """Slow down to rest and stay."""
 
     kind: Literal["hover"]
-    ramp: Annotated[NonNegative, Field(alias="ramp_s")]
+    ramp: Annotated[NonNegative, Field(alias="ramp_s", examples=[1.0])]
+    """Time in which the leader slows down."""
 
 
 class Straight(Schema):
-    """Fly along the heading; the speed changes to ``speed`` over ``ramp``."""
+    """Fly along the heading."""
 
     kind: Literal["straight"]
-    speed: Annotated[NonNegative, Field(alias="speed_m_s")]
-    ramp: Annotated[NonNegative, Field(alias="ramp_s")]
+    speed: Annotated[NonNegative, Field(alias="speed_m_s", examples=[2.0])]
+    """Speed after the ramp."""
+    ramp: Annotated[NonNegative, Field(alias="ramp_s", examples=[1.5])]
+    """Time in which the speed changes."""
 
 
 class Turn(Schema):
-    """Turn by ``angle`` (positive: to the left) within ``turn`` at constant speed, then fly straight."""
+    """Turn at constant speed, or on the spot, then fly straight."""
 
     kind: Literal["turn"]
-    angle: Annotated[float, Field(alias="angle_deg", ge=-360.0, le=360.0), DEGREES]
-    turn: Annotated[Positive, Field(alias="turn_s")]
+    angle: Annotated[float, Field(alias="angle_deg", ge=-360.0, le=360.0, examples=[90.0]), DEGREES]
+    """Angle of the turn; positive is to the left."""
+    turn: Annotated[Positive, Field(alias="turn_s", examples=[0.5])]
+    """Time of the turn."""
 
 
 class Spiral(Schema):
-    """Circle at ``radius`` (positive: to the left) while climbing; ``speed`` includes the climb."""
+    """Circle while climbing."""
 
     kind: Literal["spiral"]
-    radius: Annotated[float, Field(alias="radius_m")]
-    speed: Annotated[Positive, Field(alias="speed_m_s")]
-    climb: Annotated[float, Field(alias="climb_m_s")]
-    ramp: Annotated[NonNegative, Field(alias="ramp_s")]
+    radius: Annotated[float, Field(alias="radius_m", examples=[2.0]), Magnitude(RADIUS_MIN)]
+    """Radius of the circle; positive is to the left."""
+    speed: Annotated[Positive, Field(alias="speed_m_s", examples=[1.9])]
+    """Speed after the ramp, climb included."""
+    climb: Annotated[float, Field(alias="climb_m_s", examples=[0.4])]
+    """Vertical speed after the ramp, less than ``speed_m_s`` in magnitude; negative: descend."""
+    ramp: Annotated[NonNegative, Field(alias="ramp_s", examples=[1.0])]
+    """Time in which speed, climb and turn rate change."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        if abs(self.radius) < 0.1:
-            raise ValueError(f"radius_m must be at least 0.1 in magnitude (got {self.radius})")
         if abs(self.climb) >= self.speed:
             raise ValueError(f"climb_m_s {self.climb} must be less than speed_m_s {self.speed} in magnitude")
         return self
@@ -59,16 +66,21 @@ Motion = Annotated[Hover | Straight | Turn | Spiral | LeaderPath, Field(discrimi
 class PhaseConfig(Schema):
     """A part of the flight with one motion of the leader and one formation. The yaw follows the heading."""
 
-    name: Label
-    title: Label
-    duration: Annotated[Positive, Field(alias="duration_s")]
-    steady_from: Annotated[NonNegative, Field(alias="steady_from_s")]
-    """Start of the steady-state window that is scored, from the start of the phase [s]."""
-    formation: Name
+    name: Annotated[Label, Field(examples=["B"])]
+    """Name of the phase, unique in the scenario."""
+    title: Annotated[Label, Field(examples=["straight line"])]
+    """What happens, for people to read."""
+    duration: Annotated[Positive, Field(alias="duration_s", examples=[5.0])]
+    """Length of the phase, a multiple of ``controller.period_s``."""
+    steady_from: Annotated[NonNegative, Field(alias="steady_from_s", examples=[2.5])]
+    """Start of the steady-state window that is scored, from the start of the phase; less than its length."""
+    formation: Annotated[Name, Field(examples=["initial"])]
+    """Name of the formation, one of ``formations_m``."""
     formation_step: bool = False
     """Whether a new formation applies in one step, as in the paper; else, and where vehicles would have to
     fly through each other, it is blended in within the bounds of ``controller.formation_change``."""
     motion: Motion
+    """What the leader flies."""
 
     @model_validator(mode="after")
     def _window(self) -> Self:

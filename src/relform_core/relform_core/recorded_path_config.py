@@ -2,10 +2,10 @@
 
 import math
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from relform_core.schema import Schema, Vector3
 from relform_core.units import DEGREES
@@ -21,19 +21,45 @@ _HEIGHTS_PER_S = 20.0
 """Number of heights that are computed, by time."""
 
 
+def _or_file(schema: dict[str, Any]) -> None:
+    """State in the JSON Schema that ``file`` may stand in place of the samples (``phase_files``)."""
+    samples = {key: value for key, value in schema["properties"].items() if key != "kind"}
+    file = {
+        "description": "CSV file with the samples, relative to the scenario, in place of the other keys.",
+        "examples": ["../paths/tower.csv"],
+        "type": "string",
+    }
+    schema["properties"] = {"kind": schema["properties"]["kind"], "file": file, **samples}
+    schema["required"] = ["kind"]
+    schema["oneOf"] = [
+        {"required": ["file"], "properties": dict.fromkeys(samples, False)},
+        {"required": ["times_s", "points_m"], "properties": {"file": False}},
+    ]
+
+
 class RecordedPath(Schema):
     """Fly along a cubic spline through samples, from rest to rest.
 
     The path is moved and turned as a whole, so that its first sample is at the leader's pose at the start of
-    the motion. In a scenario file, ``file`` may name a CSV file with the samples instead.
+    the motion. A scenario file names a CSV file with the samples, or lists them.
     """
 
+    model_config = ConfigDict(json_schema_extra=_or_file)
+
     kind: Literal["path"]
-    times: Annotated[tuple[float, ...], Field(alias="times_s", min_length=2, max_length=SAMPLES_MAX)]
-    """Instant of each sample; only differences matter."""
-    points: Annotated[tuple[Vector3, ...], Field(alias="points_m")]
+    times: Annotated[
+        tuple[float, ...],
+        Field(alias="times_s", min_length=2, max_length=SAMPLES_MAX, examples=[[0.0, 1.5, 3.0]]),
+    ]
+    """Instant of each sample, increasing; only differences matter."""
+    points: Annotated[
+        tuple[Vector3, ...],
+        Field(alias="points_m", examples=[[[0.0, 0.0, 2.0], [0.5, 0.3, 2.0], [1.0, 0.5, 2.2]]]),
+    ]
     """x, y and z of each sample, z up."""
-    yaws: Annotated[tuple[Annotated[float, DEGREES], ...] | None, Field(alias="yaws_deg")] = None
+    yaws: Annotated[
+        tuple[Annotated[float, DEGREES], ...] | None, Field(alias="yaws_deg", examples=[[0.0, 20.0, 30.0]])
+    ] = None
     """Yaw of each sample; null: the leader keeps the yaw that it has at the start, and x is forward."""
 
     @property

@@ -16,6 +16,7 @@ from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, L
 from relform_core.formations_config import FormationConfig
 from relform_core.ground_config import CLIMB_MIN, GroundConfig, take_off_problem
 from relform_core.heights import height_problem
+from relform_core.in_file import InFile
 from relform_core.links_config import LinksConfig
 from relform_core.pacing_config import LOCKSTEP, PacingConfig, RealTimePacingConfig
 from relform_core.phases_config import PhaseConfig, path_from_motion
@@ -38,28 +39,42 @@ from relform_core.vehicle_config import VehicleConfig
 class ScenarioConfig(Schema):
     """Everything that defines a flight, except its seed."""
 
-    name: Name
-    title: Label
-    vehicle: VehicleConfig
-    sensors: SensorsConfig
-    controller: ControllerConfig
+    name: Annotated[Name, Field(examples=["paper"])]
+    """Name of the scenario."""
+    title: Annotated[Label, Field(examples=["A flight of three"])]
+    """What is flown, for people to read."""
+    vehicle: Annotated[VehicleConfig, InFile("../vehicles/hummingbird.yaml")]
+    """Type of all vehicles: a vehicle file, or its keys."""
+    sensors: Annotated[SensorsConfig, InFile("../sensors/paper.yaml")]
+    """Sensors of all vehicles: a sensors file, or its keys."""
+    controller: Annotated[ControllerConfig, InFile("../controller/team.yaml")]
+    """The controller: a controller file, or its keys."""
     team: TeamConfig
+    """Names of the vehicles."""
     formations: Annotated[dict[Name, FormationConfig], Field(alias="formations_m", min_length=1)]
-    """Position of each follower relative to the leader in {mc} of the leader [m], by formation and name."""
+    """Position of each follower relative to the leader in the leader's control frame {mc}, by formation and
+    name."""
     sensing: SensingConfig = CompleteSensing(kind="complete")
-    """Which vehicles see each other, if they are in range and in view."""
+    """Which vehicles see each other, if they are in range and in view, as a mapping with its ``kind``, or the
+    kind alone."""
     start: StartConfig
+    """Where the team starts."""
     ground: GroundConfig | None = None
     """Take-off and landing; null: the vehicles start airborne."""
     phases: Annotated[tuple[PhaseConfig, ...], Field(min_length=1)]
+    """The parts of the flight, one after the other."""
     events: tuple[Event, ...]
+    """Disturbances of single vehicles; ``[]``: none."""
     links: LinksConfig = LinksConfig()
+    """Radio links between each vehicle and the controller."""
     obstacles: tuple[Obstacle, ...] = ()
     """What the vehicles must not fly into."""
     plant: PlantConfig
+    """How the motion of the vehicles is simulated."""
     lockstep: LockstepConfig
+    """How nodes wait for each other."""
     pacing: PacingConfig = LOCKSTEP
-    """When a control step begins."""
+    """When a control step begins, as a mapping with its ``kind``, or the kind alone."""
 
     @property
     def real_time(self) -> RealTimePacingConfig | None:

@@ -9,6 +9,7 @@ from typing import NoReturn, ParamSpec
 
 from relform_core.errors import RelformError
 from relform_core.exit_codes import EXIT_FAILURE, EXIT_INTERRUPTED, EXIT_USAGE
+from relform_core.suggestions import did_you_mean
 
 Arguments = ParamSpec("Arguments")
 
@@ -18,6 +19,9 @@ class CommandParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one line and exit with ``EXIT_USAGE``."""
+        if message.startswith("unrecognized arguments: "):
+            option = message.split()[2].partition("=")[0]
+            message += did_you_mean(option, self._option_string_actions)
         print_error(f"{message}; see {self.prog} --help")
         raise SystemExit(EXIT_USAGE)
 

@@ -1,12 +1,12 @@
 """Schema of ``sensing``: which vehicles of the team see each other."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
 from relform_core import sensing_graph
 from relform_core.arrays import Array
-from relform_core.schema import Name, Schema
+from relform_core.schema import Name, Schema, by_kind
 from relform_core.sensing_graph import Edges
 from relform_core.team_config import check_known
 
@@ -33,7 +33,7 @@ class NearestSensing(Schema):
     """Each and its nearest others in the formation of the first phase see each other."""
 
     kind: Literal["nearest"]
-    count: Annotated[int, Field(ge=1)]
+    count: Annotated[int, Field(ge=1, examples=[3])]
     """Number of others."""
 
 
@@ -41,17 +41,19 @@ class PairsSensing(Schema):
     """These pairs see each other."""
 
     kind: Literal["pairs"]
-    pairs: Annotated[tuple[Annotated[tuple[Name, Name], Field(strict=False)], ...], Field(strict=False)]
+    pairs: Annotated[
+        tuple[Annotated[tuple[Name, Name], Field(strict=False)], ...],
+        Field(strict=False, examples=[[["leader", "follower_1"], ["follower_1", "follower_2"]]]),
+    ]
+    """The two vehicles of each pair, by name."""
 
 
-def _by_name(written: Any) -> Any:
-    return {"kind": written} if isinstance(written, str) else written
-
-
+_Sensing = Annotated[
+    CompleteSensing | StarSensing | RingSensing | NearestSensing | PairsSensing, Field(discriminator="kind")
+]
 SensingConfig = Annotated[
-    CompleteSensing | StarSensing | RingSensing | NearestSensing | PairsSensing,
-    Field(discriminator="kind"),
-    BeforeValidator(_by_name),
+    _Sensing,
+    BeforeValidator(by_kind, json_schema_input_type=Literal["complete", "star", "ring"] | _Sensing),
 ]
 """As a mapping with its ``kind``, or the kind alone."""
 

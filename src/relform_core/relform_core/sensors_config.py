@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from pydantic import create_model
+from pydantic import Field, create_model
 
 from relform_core.schema import Schema
 from relform_core.sensors.registry import SENSORS
@@ -10,8 +10,13 @@ from relform_core.sensors.sensor import C, Sensor
 
 
 def _field(sensor: Sensor[Any, Any]) -> Any:
-    """Type and default of a section."""
-    return (sensor.config | None, None) if sensor.optional else sensor.config
+    """Type, default and description of a section."""
+    description = sensor.config.__doc__
+    if sensor.optional:
+        return sensor.config | None, Field(
+            default=None, description=f"{description} null: no vehicle has one."
+        )
+    return sensor.config, Field(description=description)
 
 
 _Sections: Any = create_model("_Sections", __base__=Schema, **{each.name: _field(each) for each in SENSORS})

@@ -10,16 +10,23 @@ from relform_core.schema import NonNegative, NonNegativeVector3, Positive, Schem
 class PlantConfig(Schema):
     """Integration of the true motion of the vehicles."""
 
-    step: Annotated[float, Field(alias="step_s", gt=0.0, le=0.005)]
-    rotor_time_constant: Annotated[NonNegative | None, Field(alias="rotor_time_constant_s")] = None
-    """True lag of the rotors [s]; null: that of the vehicle's configuration, which the controller knows."""
-    drag_coefficient: Annotated[NonNegativeVector3 | None, Field(alias="drag_coefficient_n_s_m")] = None
-    """True linear drag along body x, y, z [N s/m]; null likewise."""
+    step: Annotated[float, Field(alias="step_s", gt=0.0, le=0.005, examples=[0.005])]
+    """Length of an integration step; it divides ``controller.period_s``."""
+    rotor_time_constant: Annotated[
+        NonNegative | None, Field(alias="rotor_time_constant_s", examples=[0.05])
+    ] = None
+    """True time constant of the rotors; null: that of the vehicle's configuration, which the controller
+    knows."""
+    drag_coefficient: Annotated[
+        NonNegativeVector3 | None, Field(alias="drag_coefficient_n_s_m", examples=[[0.1, 0.1, 0.05]])
+    ] = None
+    """True linear drag along body x, y, z; null: that of the vehicle's configuration."""
 
 
 class LockstepConfig(Schema):
     """The barrier that keeps all nodes in the same step."""
 
-    step_timeout: Annotated[Positive, Field(alias="step_timeout_s")]
-    """Wall time that the slowest member may take for one step before the flight ends [s]."""
-    on_vehicle_lost: Literal["abort"]
+    step_timeout: Annotated[Positive, Field(alias="step_timeout_s", examples=[10.0])]
+    """Wall time that the slowest node may take for one step before the flight ends."""
+    on_vehicle_lost: Annotated[Literal["abort"], Field(examples=["abort"])]
+    """What happens when the node of a vehicle ends or stops answering: the flight ends."""

@@ -34,12 +34,21 @@ def check_known(what: str, name: str, vehicles: Sequence[str]) -> None:
         raise ValueError(f"{what} the unknown vehicle '{name}', known are {', '.join(vehicles)}")
 
 
+_Number = Annotated[int, Field(ge=1, le=FOLLOWERS_MAX)]
+_Names = Annotated[tuple[Name, ...], Field(min_length=1)]
+
+
 class TeamConfig(Schema):
     """The vehicles. The team order, leader first, is the order of every axis over vehicles."""
 
-    leader: Name
-    followers: Annotated[tuple[Name, ...], Field(min_length=1, strict=False), BeforeValidator(_numbered)]
-    """Their names; a file may give their number instead, for follower_1, follower_2 and so on."""
+    leader: Annotated[Name, Field(examples=["leader"])]
+    """Name of the leader."""
+    followers: Annotated[
+        tuple[Name, ...],
+        Field(min_length=1, strict=False, examples=[["follower_1", "follower_2"]]),
+        BeforeValidator(_numbered, json_schema_input_type=_Number | _Names),
+    ]
+    """Names of the followers, or their number for follower_1, follower_2 and so on."""
 
     @property
     def vehicles(self) -> tuple[Name, ...]:

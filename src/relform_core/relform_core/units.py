@@ -28,6 +28,41 @@ def seconds_to_ns(time: float) -> int:
     return round(time * NANOSECONDS_PER_SECOND)
 
 
+UNITS = {
+    "s": "s",
+    "m": "m",
+    "m_s": "m/s",
+    "m_s2": "m/s²",
+    "deg": "deg",
+    "deg_s": "deg/s",
+    "rpm": "rpm",
+    "percent": "%",
+    "kg": "kg",
+    "kg_m2": "kg m²",
+    "n": "N",
+    "n_s2": "N s²",
+    "nm_s2": "N m s²",
+    "n_s_m": "N s/m",
+    "pa": "Pa",
+    "pa_s": "Pa/s",
+    "per_m2": "1/m²",
+    "per_rad2": "1/rad²",
+    "per_m2_s4": "s⁴/m²",
+    "per_n2": "1/N²",
+    "per_n2_m2": "1/(N² m²)",
+    "per_unit": "1/unit",
+    "per_unit2": "1/unit²",
+}
+"""The unit that a key of a file ends in, as people write it."""
+
+
+def unit_of(key: str) -> str | None:
+    """The unit in which a file gives the value of a key; None: the key ends in none."""
+    parts = key.split("_")
+    endings = ("_".join(parts[start:]) for start in range(1, len(parts)))  # the longest first
+    return next((UNITS[ending] for ending in endings if ending in UNITS), None)
+
+
 DEGREES = AfterValidator(math.radians)
 RPM = AfterValidator(rpm_to_rad_s)
 PERCENT = AfterValidator(lambda percent: percent / 100.0)

@@ -12,40 +12,56 @@ from relform_core.units import DEGREES, GRAVITY, PERCENT, RPM, rad_s_to_rpm
 class FailsafeConfig(Schema):
     """What a vehicle flies when no commands arrive."""
 
-    plan_max: Annotated[float, Field(alias="plan_max_s", ge=0.0, le=10.0)]
+    plan_max: Annotated[float, Field(alias="plan_max_s", ge=0.0, le=10.0, examples=[1.0])]
     """Longest time for which the plan of the last command is flown; then the vehicle levels out and sinks."""
-    descent_speed: Annotated[float, Field(alias="descent_speed_m_s", gt=0.0, le=3.0)]
+    descent_speed: Annotated[float, Field(alias="descent_speed_m_s", gt=0.0, le=3.0, examples=[0.3])]
     """Vertical speed of a vehicle without a plan, downwards."""
 
 
 class VehicleConfig(Schema):
     """A quadrotor with rotors front, left, back, right (eq. Aerodynamics in the FLU body frame)."""
 
-    name: Label
-    mass: Annotated[float, Field(alias="mass_kg", gt=0.0)]
-    inertia: Annotated[PositiveVector3, Field(alias="inertia_kg_m2")]
-    """Principal moments of inertia about body x, y, z [kg m^2]."""
-    arm_length: Annotated[float, Field(alias="arm_length_m", gt=0.0)]
-    thrust_coefficient: Annotated[float, Field(alias="thrust_coefficient_n_s2", gt=0.0)]
-    """c_T in thrust = c_T * speed^2 [N s^2]."""
-    torque_coefficient: Annotated[float, Field(alias="torque_coefficient_nm_s2", gt=0.0)]
-    """c_Q in drag torque = c_Q * speed^2 [N m s^2]."""
-    rotor_speed_min: Annotated[float, Field(alias="rotor_speed_min_rpm", ge=0.0), RPM]
-    rotor_speed_max: Annotated[float, Field(alias="rotor_speed_max_rpm", gt=0.0), RPM]
-    rotor_time_constant: Annotated[NonNegative, Field(alias="rotor_time_constant_s")]
-    """First-order lag of the rotors [s]; 0: none. The controller knows it."""
-    drag_coefficient: Annotated[NonNegativeVector3, Field(alias="drag_coefficient_n_s_m")]
-    """Linear drag along body x, y, z [N s/m]; 0: none. The controller knows it."""
-    mass_std: Annotated[float, Field(alias="mass_std_percent", ge=0.0, lt=20.0), PERCENT]
-    """Relative standard deviation of the true mass; the controller keeps the nominal one."""
-    inertia_std: Annotated[float, Field(alias="inertia_std_percent", ge=0.0, lt=20.0), PERCENT]
-    collision_radius: Annotated[Positive, Field(alias="collision_radius_m")]
+    name: Annotated[Label, Field(examples=["AscTec Hummingbird class"])]
+    """Name of the type, for people to read."""
+    mass: Annotated[float, Field(alias="mass_kg", gt=0.0, examples=[0.716])]
+    """Nominal mass. The controller uses it."""
+    inertia: Annotated[PositiveVector3, Field(alias="inertia_kg_m2", examples=[[0.007, 0.007, 0.012]])]
+    """Nominal principal moments of inertia about body x, y, z."""
+    arm_length: Annotated[float, Field(alias="arm_length_m", gt=0.0, examples=[0.18])]
+    """Distance of each rotor's axis from the centre of mass."""
+    thrust_coefficient: Annotated[
+        float, Field(alias="thrust_coefficient_n_s2", gt=0.0, examples=[8.54858e-6])
+    ]
+    """c_T in thrust = c_T * speed^2 of a rotor, speed in rad/s."""
+    torque_coefficient: Annotated[
+        float, Field(alias="torque_coefficient_nm_s2", gt=0.0, examples=[1.3678e-7])
+    ]
+    """c_Q in drag torque = c_Q * speed^2 of a rotor, speed in rad/s."""
+    rotor_speed_min: Annotated[float, Field(alias="rotor_speed_min_rpm", ge=0.0, examples=[1200.0]), RPM]
+    """Lowest speed of a rotor in flight; below the speed at which the vehicle hovers."""
+    rotor_speed_max: Annotated[float, Field(alias="rotor_speed_max_rpm", gt=0.0, examples=[6000.0]), RPM]
+    """Highest speed of a rotor; above the speed at which the vehicle hovers."""
+    rotor_time_constant: Annotated[NonNegative, Field(alias="rotor_time_constant_s", examples=[0.05])]
+    """Time constant of the first-order lag of the rotors; 0: none. The controller knows it."""
+    drag_coefficient: Annotated[
+        NonNegativeVector3, Field(alias="drag_coefficient_n_s_m", examples=[[0.1, 0.1, 0.05]])
+    ]
+    """Linear drag along body x, y, z; 0: none. The controller knows it."""
+    mass_std: Annotated[float, Field(alias="mass_std_percent", ge=0.0, lt=20.0, examples=[1.0]), PERCENT]
+    """Relative standard deviation of the true mass, drawn for each flight; the controller keeps the nominal
+    one."""
+    inertia_std: Annotated[
+        float, Field(alias="inertia_std_percent", ge=0.0, lt=20.0, examples=[5.0]), PERCENT
+    ]
+    """The same for each true moment of inertia."""
+    collision_radius: Annotated[Positive, Field(alias="collision_radius_m", examples=[0.25])]
     """Two vehicles collide when their centres are closer than the sum of their radii."""
     leg_height: Annotated[Positive, Field(alias="leg_height_m")] = 0.1
     """Height of the body origin of a vehicle that stands on the ground, on legs below its rotors."""
-    tilt_max: Annotated[float, Field(alias="tilt_max_deg", gt=0.0, le=180.0), DEGREES]
+    tilt_max: Annotated[float, Field(alias="tilt_max_deg", gt=0.0, le=180.0, examples=[85.0]), DEGREES]
     """A tilt beyond this is a fault, which ends the flight."""
     failsafe: FailsafeConfig
+    """What the vehicle flies when no commands arrive."""
 
     @property
     def separation_min(self) -> float:

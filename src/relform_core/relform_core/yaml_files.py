@@ -9,6 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from relform_core.errors import ConfigError
+from relform_core.suggestions import did_you_mean
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
@@ -29,7 +30,8 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file") from None
+        beside = [each.name for each in path.parent.glob(f"*{path.suffix}")] if path.suffix else []
+        raise ConfigError(f"{path}: no such file{did_you_mean(path.name, beside)}") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
@@ -46,11 +48,10 @@ def parse_mapping(text: str, origin: str) -> dict[str, Any]:
     """
     try:
         tree = parse_value(text)
-    except MarkedYAMLError as error:
-        line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise ConfigError(f"{origin}{line}: not valid YAML: {error.problem}") from None
     except YAMLError as error:
-        raise ConfigError(f"{origin}: not valid YAML: {' '.join(str(error).split())}") from None
+        mark = error.problem_mark if isinstance(error, MarkedYAMLError) else None
+        place = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
+        raise ConfigError(f"{origin}{place}: not valid YAML: {problem(error)}") from None
     if not isinstance(tree, dict) or not all(isinstance(key, str) for key in tree):
         raise ConfigError(f"{origin}: must hold a mapping of keys to values at its top level")
     return cast(dict[str, Any], tree)
@@ -63,6 +64,12 @@ def parse_value(text: str) -> Any:
         YAMLError: the text is not YAML.
     """
     return YAML(typ="safe", pure=True).load(text)
+
+
+def problem(error: YAMLError) -> str:
+    """What is wrong, on one line."""
+    text = error.problem if isinstance(error, MarkedYAMLError) else str(error)
+    return " ".join(str(text).split())
 
 
 def to_text(tree: Mapping[str, Any]) -> str:

@@ -1,7 +1,6 @@
 """The parameters that nodes read at the start: scenario, observers, and their own."""
 
 import array
-import difflib
 import sys
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -13,6 +12,7 @@ from rclpy.parameter import Parameter
 
 from relform_core.errors import ConfigError
 from relform_core.load import LoadedScenario, load_scenario
+from relform_core.suggestions import did_you_mean
 
 T = TypeVar("T")
 
@@ -111,10 +111,9 @@ def warn_of_unknown(node: Node) -> None:
     """
     known = node.list_parameters([], 0).names
     for name in sorted(set(_given(node)) - set(known)):
-        close = difflib.get_close_matches(name, known, n=1)
-        hint = f"; did you mean {close[0]}?" if close else ""
+        meant = did_you_mean(name, known)
         print(
-            f"{node.get_fully_qualified_name()}: warning: unknown parameter {name} is ignored{hint}",
+            f"{node.get_fully_qualified_name()}: warning: unknown parameter {name} is ignored{meant}",
             file=sys.stderr,
         )
 

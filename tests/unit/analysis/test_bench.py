@@ -30,4 +30,4 @@ def test_every_number_of_short_flights(capsys: pytest.CaptureFixture[str]) -> No
 
 def test_unknown_key(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--scenario", str(PAPER), "--set", "controller.wings=2"]) == 2
-    assert capsys.readouterr().err == "error: --set controller.wings: unknown key\n"
+    assert capsys.readouterr().err == "error: --set controller.wings: unknown key (did you mean 'weights'?)\n"

@@ -92,10 +92,10 @@ def test_paths_in_a_file_of_variants_are_relative_to_it(tmp_path: Path) -> None:
         ("[1, 2]", "{file}: must hold a mapping of keys to values at its top level"),
         ("variants: []", "{file}: variants: must have at least 1 item(s) (got [])"),
         ("variants: {a: 1}", "{file}: variants: must be a list (got {{'a': 1}})"),
-        ("variants: [", "{file}:1: not valid YAML: expected the node content, but found '<stream end>'"),
+        ("variants: [", "{file}:1:12: not valid YAML: expected the node content, but found '<stream end>'"),
         (
             "variants: [{name: a, name: b}]",
-            '{file}:1: not valid YAML: found duplicate key "name" with value "b" (original value: "a")',
+            '{file}:1:22: not valid YAML: found duplicate key "name" with value "b" (original value: "a")',
         ),
         (
             "variants: [{name: 2026-11-22}]",
@@ -132,7 +132,7 @@ def test_unreadable_files_of_variants(tmp_path: Path) -> None:
 
 def test_plain_name_of_variants_is_an_installed_file() -> None:
     assert load_variants("ablation") == load_variants(PAPER.parents[1] / "sweeps/ablation.yaml")
-    with pytest.raises(ConfigError, match=r"^unknown variants 'ablatoin': .* or one of ablation"):
+    with pytest.raises(ConfigError, match=r"^unknown variants 'ablatoin' .*: .* or one of ablation"):
         load_variants("ablatoin")
 
 

@@ -85,7 +85,7 @@ def test_no_other_assignment_is_shorter(present: list[Vector3], places: list[Vec
         (FormationRequest(shape="v"), "shape: must hold a mapping of keys to values at its top level"),
         (
             FormationRequest(shape="{kind: v"),
-            "shape:1: not valid YAML: expected ',' or '}'",
+            "shape:1:9: not valid YAML: expected ',' or '}'",
         ),
     ],
 )

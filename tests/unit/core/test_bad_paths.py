@@ -22,7 +22,6 @@ def course(points: str, speed: float = 1.5, ramp: float = 1.2) -> str:
 @pytest.mark.parametrize(
     ("motion", "problem"),
     [
-        (f"kind: circle, radius_m: -0.05, {ROUND}", "radius_m must be 0.1 to 1000 in magnitude (got -0.05)"),
         (
             "kind: circle, radius_m: 2.0, speed_m_s: 8.0, ramp_s: 1.5",
             "speed_m_s 8.0 and radius_m 2.0 need 32.000 m/s^2, at most 10 m/s^2 is possible",
@@ -46,7 +45,6 @@ def course(points: str, speed: float = 1.5, ramp: float = 1.2) -> str:
         ),
         (course("[[4, 0, 0], [0, 0.1, 0]]"), "points_m.0 turns by 178.6 deg, at most 120 deg is possible"),
         (course("[[1, 0, -9]]"), "points_m.0 climbs or descends at 83.7 deg, at most 60 deg is possible"),
-        (course("[[2000, 0, 0]]"), "points_m.0 is at (2000.0, 0.0, 0.0), at most 1000 m away is possible"),
         (
             course("[[4, 0, 0], [4, 3, 0]]", speed=4.0, ramp=0.7),
             "speed_m_s 4.0 and points_m.0 need 12.122 m/s^2, at most 10 m/s^2 is possible",
@@ -69,6 +67,11 @@ def test_impossible_path(motion: str, problem: str) -> None:
         (f"kind: circle, {ROUND}", "radius_m: missing key"),
         (course("[]"), "points_m: must have at least 1 item(s) (got [])"),
         (course("[[4, 0, x]]"), "points_m.0.2: must be a number (got 'x')"),
+        (course("[[2000, 0, 0]]"), "points_m.0.0: must be less than or equal to 1000 (got 2000)"),
+        (
+            f"kind: circle, radius_m: -0.05, {ROUND}",
+            "radius_m: must be at least 0.1 and at most 1000 in magnitude (got -0.05)",
+        ),
     ],
 )
 def test_bad_key_of_a_path(motion: str, problem: str) -> None:

@@ -102,7 +102,7 @@ def test_scenario_from_its_text(tmp_path: Path) -> None:
     assert load_scenario_text(loaded.effective_yaml, "an attachment", ["title=x"], 3).seed == 3
     with pytest.raises(ConfigError, match=r"^an attachment: vehicle.mass_kg: missing key$"):
         load_scenario_text(loaded.effective_yaml.replace("mass_kg: 0.716", ""), "an attachment")
-    with pytest.raises(ConfigError, match=r"^an attachment:1: not valid YAML: "):
+    with pytest.raises(ConfigError, match=r"^an attachment:1:7: not valid YAML: "):
         load_scenario_text("name: *anchor\n", "an attachment")
 
 
@@ -160,7 +160,7 @@ def test_problem_of_a_key_in_the_file_names_the_file(changed_file: Path) -> None
 
 def test_unknown_plain_name_is_one_line_with_the_known_ones(tmp_path: Path) -> None:
     expected = "expected a file name (.yaml) or one of"
-    with pytest.raises(ConfigError, match=rf"^unknown scenario 'papr': {re.escape(expected)} .*\bpaper\b"):
+    with pytest.raises(ConfigError, match=rf"^unknown scenario 'papr' .*: {re.escape(expected)} .*\bpaper\b"):
         load_scenario("papr")
     message = (
         f"--set controller=turbo: unknown controller 'turbo': {expected} paper, retuned, team, team_100hz"
@@ -234,7 +234,7 @@ def test_all_problems_are_reported_together() -> None:
     assert str(caught.value).splitlines() == [
         "--set vehicle.mass_kg: must be a number (got 'heavy')",
         "--set controller.period_s: must be greater than 0 (got -0.05)",
-        "--set plant.step: unknown key",
+        "--set plant.step: unknown key (did you mean 'step_s'?)",
     ]
 
 

@@ -89,7 +89,10 @@ def test_every_vehicle_carries_a_configured_barometer(vehicle: str) -> None:
             (WITH_BAROMETER, "sensors.barometer.bias_std_pa=-1"),
             "bias_std_pa: must be greater than or equal to 0",
         ),
-        ((WITH_BAROMETER, "sensors.barometer.bias=1"), "sensors.barometer.bias: unknown key"),
+        (
+            (WITH_BAROMETER, "sensors.barometer.bias=1"),
+            "sensors.barometer.bias: unknown key (did you mean 'bias_std_pa'?)",
+        ),
         (("sensors.barometer={}",), "sensors.barometer.pressure_std_pa: missing key"),
         (
             (

@@ -89,7 +89,7 @@ def load_variants(variants_file: Path | str) -> tuple[Variant, ...]:
     try:
         listed = VariantFile.model_validate_json(text).variants
     except ValidationError as error:
-        raise ConfigError(explain(error, tree, Origins(str(path)))) from None
+        raise ConfigError(explain(error, tree, Origins(str(path)), VariantFile)) from None
     variants = tuple(variant.relative_to(path.parent) for variant in listed)
     names = [variant.name for variant in variants]
     for name in names:

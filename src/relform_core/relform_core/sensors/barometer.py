@@ -12,12 +12,12 @@ from relform_core.sensors.sensor import Sensor, SensorConfig
 class BarometerConfig(SensorConfig):
     """Air pressure."""
 
-    pressure_std: Annotated[Positive, Field(alias="pressure_std_pa")]
-    """Standard deviation of the noise of each measurement [Pa]."""
-    bias_std: Annotated[NonNegative, Field(alias="bias_std_pa")]
-    """Standard deviation of the offset, which is constant over a flight [Pa]."""
-    drift_std: Annotated[NonNegative, Field(alias="drift_std_pa_s")]
-    """Standard deviation of the constant rate at which the offset drifts [Pa/s]."""
+    pressure_std: Annotated[Positive, Field(alias="pressure_std_pa", examples=[6.0])]
+    """Standard deviation of the noise of each measurement."""
+    bias_std: Annotated[NonNegative, Field(alias="bias_std_pa", examples=[50.0])]
+    """Standard deviation of the offset, which is drawn once per flight."""
+    drift_std: Annotated[NonNegative, Field(alias="drift_std_pa_s", examples=[0.1])]
+    """Standard deviation of the constant rate at which the offset drifts, drawn once per flight."""
 
 
 @dataclass(frozen=True)

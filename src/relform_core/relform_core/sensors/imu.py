@@ -14,11 +14,16 @@ from relform_core.units import DEGREES
 class ImuConfig(SensorConfig):
     """Attitude, angular velocity and specific force."""
 
-    attitude_std: Annotated[float, Field(alias="attitude_std_deg", ge=0.0, le=180.0), DEGREES]
-    gyro_std: Annotated[float, Field(alias="gyro_std_deg_s", ge=0.0), DEGREES]
-    accelerometer_std: Annotated[NonNegative, Field(alias="accelerometer_std_m_s2")]
-    yaw_drift_std: Annotated[float, Field(alias="yaw_drift_std_deg_s", ge=0.0), DEGREES]
-    """Standard deviation of the constant rate at which a follower's yaw drifts [rad/s]."""
+    attitude_std: Annotated[
+        float, Field(alias="attitude_std_deg", ge=0.0, le=180.0, examples=[0.005]), DEGREES
+    ]
+    """Standard deviation of the noise of the attitude about each body axis."""
+    gyro_std: Annotated[float, Field(alias="gyro_std_deg_s", ge=0.0, examples=[3.0]), DEGREES]
+    """Standard deviation of the noise of the angular velocity about each body axis."""
+    accelerometer_std: Annotated[NonNegative, Field(alias="accelerometer_std_m_s2", examples=[0.05])]
+    """Standard deviation of the noise of the specific force along each body axis."""
+    yaw_drift_std: Annotated[float, Field(alias="yaw_drift_std_deg_s", ge=0.0, examples=[0.2]), DEGREES]
+    """Standard deviation of the constant rate at which a follower's yaw drifts, drawn once per flight."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,12 @@ from relform_core.units import DEGREES
 class LocalizationConfig(SensorConfig):
     """Position, velocity and yaw in the world frame; only the leader has it."""
 
-    position_std: Annotated[Positive, Field(alias="position_std_m")]
-    velocity_std: Annotated[Positive, Field(alias="velocity_std_m_s")]
-    yaw_std: Annotated[float, Field(alias="yaw_std_deg", gt=0.0, le=180.0), DEGREES]
+    position_std: Annotated[Positive, Field(alias="position_std_m", examples=[0.02])]
+    """Standard deviation of the noise of the position along each world axis."""
+    velocity_std: Annotated[Positive, Field(alias="velocity_std_m_s", examples=[0.1])]
+    """Standard deviation of the noise of the velocity along each axis."""
+    yaw_std: Annotated[float, Field(alias="yaw_std_deg", gt=0.0, le=180.0, examples=[0.005]), DEGREES]
+    """Standard deviation of the noise of the yaw."""
 
 
 LOCALIZATION = Sensor("localization", Odometry, LocalizationConfig, stream=5, leader_only=True)

@@ -13,7 +13,8 @@ from relform_core.sensors.sensor import Sensor, SensorConfig
 class OpticFlowConfig(SensorConfig):
     """Velocity in the body frame."""
 
-    velocity_std: Annotated[NonNegative, Field(alias="velocity_std_m_s")]
+    velocity_std: Annotated[NonNegative, Field(alias="velocity_std_m_s", examples=[0.25])]
+    """Standard deviation of the noise of the velocity along each body axis."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,11 +20,22 @@ FULL_CIRCLE_TOLERANCE = 1e-9
 class Sector(Schema):
     """A part of the field of view, in the body frame of the observer."""
 
-    azimuth_min: Annotated[float, Field(alias="azimuth_min_deg", ge=-180.0, le=180.0), DEGREES]
-    azimuth_max: Annotated[float, Field(alias="azimuth_max_deg", ge=-180.0, le=180.0), DEGREES]
-    """May be less than azimuth_min: the sector then spans the backward direction."""
-    elevation_min: Annotated[float, Field(alias="elevation_min_deg", ge=-90.0, le=90.0), DEGREES]
-    elevation_max: Annotated[float, Field(alias="elevation_max_deg", ge=-90.0, le=90.0), DEGREES]
+    azimuth_min: Annotated[
+        float, Field(alias="azimuth_min_deg", ge=-180.0, le=180.0, examples=[-60.0]), DEGREES
+    ]
+    """Right limit; 0 is forward, positive is to the left."""
+    azimuth_max: Annotated[
+        float, Field(alias="azimuth_max_deg", ge=-180.0, le=180.0, examples=[60.0]), DEGREES
+    ]
+    """Left limit. If it is less than ``azimuth_min_deg``, the sector spans the backward direction."""
+    elevation_min: Annotated[
+        float, Field(alias="elevation_min_deg", ge=-90.0, le=90.0, examples=[-45.0]), DEGREES
+    ]
+    """Lower limit; less than ``elevation_max_deg``."""
+    elevation_max: Annotated[
+        float, Field(alias="elevation_max_deg", ge=-90.0, le=90.0, examples=[45.0]), DEGREES
+    ]
+    """Upper limit; positive is up."""
 
     def contains(self, azimuth: float, elevation: float) -> bool:
         """Whether a bearing [rad] is in the sector, its limits included; the azimuth is in [-pi, pi]."""
@@ -61,11 +72,14 @@ class Sector(Schema):
 class RangeBearingConfig(SensorConfig):
     """Range and bearing to the other vehicles; a dropout hides a single target."""
 
-    position_std: Annotated[Positive, Field(alias="position_std_m")]
-    """Standard deviation of the relative position along the line of sight and across it [m]."""
-    range_min: Annotated[NonNegative, Field(alias="range_min_m")]
-    range_max: Annotated[Positive, Field(alias="range_max_m")]
+    position_std: Annotated[Positive, Field(alias="position_std_m", examples=[0.025])]
+    """Standard deviation of the noise of the relative position along the line of sight and across it."""
+    range_min: Annotated[NonNegative, Field(alias="range_min_m", examples=[0.1])]
+    """Smallest range that is measured; less than ``range_max_m``."""
+    range_max: Annotated[Positive, Field(alias="range_max_m", examples=[10.0])]
+    """Largest range that is measured."""
     sectors: Annotated[tuple[Sector, ...], Field(min_length=1)]
+    """The field of view: a target is seen if it is in one of these."""
 
     @property
     def message_loss(self) -> float:

@@ -1,7 +1,9 @@
 """One kind of sensor: the key under which its measurements and its configuration are found."""
 
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Annotated, Generic, Protocol, TypeVar
+
+from pydantic import Field
 
 from relform_core.schema import Probability, Schema
 
@@ -17,7 +19,9 @@ class Measurement(Protocol):
 class SensorConfig(Schema):
     """Section of ``config/sensors/*.yaml`` on one sensor."""
 
-    dropout_probability: Probability
+    dropout_probability: Annotated[Probability, Field(examples=[0.05])]
+    """Probability that a measurement is missing, independent of the others; of range and bearing, that of one
+    target."""
 
     @property
     def message_loss(self) -> float:

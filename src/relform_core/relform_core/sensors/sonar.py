@@ -13,10 +13,16 @@ from relform_core.units import DEGREES
 class SonarConfig(SensorConfig):
     """Height above ground."""
 
-    range_std: Annotated[NonNegative, Field(alias="range_std_m")]
-    range_min: Annotated[NonNegative, Field(alias="range_min_m")]
-    range_max: Annotated[Positive, Field(alias="range_max_m")]
-    field_of_view: Annotated[float, Field(alias="field_of_view_deg", gt=0.0, lt=180.0), DEGREES]
+    range_std: Annotated[NonNegative, Field(alias="range_std_m", examples=[0.02])]
+    """Standard deviation of the noise of the measured height."""
+    range_min: Annotated[NonNegative, Field(alias="range_min_m", examples=[0.2])]
+    """Smallest height that is measured; less than ``range_max_m``."""
+    range_max: Annotated[Positive, Field(alias="range_max_m", examples=[10.0])]
+    """Largest height that is measured."""
+    field_of_view: Annotated[
+        float, Field(alias="field_of_view_deg", gt=0.0, lt=180.0, examples=[30.0]), DEGREES
+    ]
+    """Opening angle of the sonar's cone. Messages report it; the model measures straight down."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
