@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from relform_analysis.sweep.plan import Run, Variant, plan_runs
+from relform_analysis.sweep.plan import Run, plan_runs
+from relform_analysis.sweep.variant import Variant
 from support.scenarios import PAPER
 
 BASE = Variant(name="base", title="as it is", set=())

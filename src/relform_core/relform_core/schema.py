@@ -22,7 +22,8 @@ from pydantic_core import CoreSchema, core_schema
 Name = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 """A name that can be a ROS namespace: lower case, digits and underscores, starting with a letter."""
 
-Label = Annotated[str, StringConstraints(min_length=1, max_length=64)]
+LABEL_LENGTH = 64
+Label = Annotated[str, StringConstraints(min_length=1, max_length=LABEL_LENGTH)]
 """A title, for people to read."""
 
 Positive = Annotated[float, Field(gt=0.0)]

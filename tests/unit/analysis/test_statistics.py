@@ -29,6 +29,33 @@ def test_by_hand() -> None:
     assert found["ci95"] == pytest.approx([4.0 - 5.6632, 4.0 + 5.6632], abs=1e-3)
 
 
+def test_an_interval_of_positive_numbers_by_hand() -> None:
+    # Same values: t times the standard error is 5.6632, over the mean 1.4158; 4 exp(-1.4158), 4 exp(1.4158).
+    found = describe([4.0, 1.0, 9.0, 2.0], signed=False)
+    assert found["ci95"] == pytest.approx([0.97089, 16.4797], rel=1e-4)
+    assert found["mean"] == 4.0
+
+
+def test_an_interval_of_positive_numbers_is_that_of_student_where_they_are_alike() -> None:
+    values = [1.0, 1.001, 0.999, 1.002, 0.998]
+    assert describe(values, signed=False)["ci95"] == pytest.approx(describe(values)["ci95"], abs=3e-6)
+
+
+def test_an_interval_of_positive_numbers_is_positive_and_finite() -> None:
+    assert describe([0.0, 0.0, 0.0], signed=False)["ci95"] == [0.0, 0.0]
+    low, high = describe([0.0, 1e-9, 1.0], signed=False)["ci95"]
+    assert 0.0 < low < 1.0 / 3.0 < high
+    assert all(map(math.isfinite, describe([0.0, 1.0], signed=False)["ci95"]))
+
+
+def test_a_negative_value_keeps_its_interval() -> None:
+    assert describe([-1.0, 2.0], signed=False) == describe([-1.0, 2.0])
+    found = aggregate(
+        [row(1, view_margin_min_deg=0.1, mean_m=0.1), row(2, view_margin_min_deg=8.0, mean_m=8.0)]
+    )
+    assert found["metrics"]["view_margin_min_deg"]["ci95"][0] < 0.0 < found["metrics"]["mean_m"]["ci95"][0]
+
+
 def test_against_scipy() -> None:
     values = np.random.default_rng(5).gamma(2.0, 0.03, 37)
     found = describe(values.tolist())
@@ -43,6 +70,17 @@ def test_interval_covers_the_mean_in_95_percent_of_samples() -> None:
     intervals = [describe(generator.normal(0.07, 0.01, 6).tolist())["ci95"] for _ in range(2000)]
     inside = np.mean([low <= 0.07 <= high for low, high in intervals])
     assert inside == pytest.approx(0.95, abs=0.015)
+
+
+def test_interval_of_skewed_positive_numbers_covers_their_mean_better_than_students() -> None:
+    generator = np.random.default_rng(3)
+    samples = [generator.gamma(2.0, 0.035, 5).tolist() for _ in range(2000)]
+    student, positive = (
+        np.mean([low <= 0.07 <= high for low, high in (describe(s, signed)["ci95"] for s in samples)])
+        for signed in (True, False)
+    )
+    assert 0.925 < positive < 0.96
+    assert student < positive - 0.01
 
 
 def test_one_value_has_no_spread_and_none_has_nothing() -> None:

@@ -10,8 +10,9 @@ from rich.console import Console
 
 from relform_analysis.accuracy.page import RAW, TEAM, Case, accuracy_page, verdicts
 from relform_analysis.sweep.folder import SweepFolder
-from relform_analysis.sweep.plan import Variant, load_variants, plan_runs
+from relform_analysis.sweep.plan import load_variants, plan_runs
 from relform_analysis.sweep.session import executor_for, fly_shown
+from relform_analysis.sweep.variant import Variant
 from relform_core.atomic_file import write_atomically
 from relform_core.errors import ConfigError
 from relform_core.exit_codes import EXIT_FAILURE

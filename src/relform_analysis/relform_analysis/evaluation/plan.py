@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from relform_analysis.sweep.plan import Run, Variant, plan_runs
+from relform_analysis.sweep.plan import Run, plan_runs
+from relform_analysis.sweep.variant import Variant
 from relform_core.errors import ConfigError
 
 FULL, PAPER_TUNING = "full", "paper_tuning"

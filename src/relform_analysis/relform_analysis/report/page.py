@@ -11,13 +11,16 @@ from relform_analysis.flight.summary import Json
 ASSETS = files(__package__) / "assets"
 
 
-def render(template: str, scripts: tuple[str, ...], data: Json, **content: Any) -> str:
+def render(
+    template: str, scripts: tuple[str, ...], data: Json, styles: tuple[str, ...] = (), **content: Any
+) -> str:
     """A page from its template.
 
     Args:
         template: name of the template.
         scripts: names of the scripts, in the order in which they run; they share one scope.
         data: what the scripts draw; JSON.
+        styles: names of style sheets after the one that all pages have.
         content: what the template shows.
     """
     environment = Environment(
@@ -28,7 +31,7 @@ def render(template: str, scripts: tuple[str, ...], data: Json, **content: Any) 
         lstrip_blocks=True,
     )
     return environment.get_template(template).render(
-        style=_asset("style.css"),
+        style="\n".join(_asset(name) for name in ("style.css", *styles)),
         script="\n".join(_asset(name) for name in scripts),
         # Inside <script>, only "</" and "<!--" would end or change what follows.
         data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),

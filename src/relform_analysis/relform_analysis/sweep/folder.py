@@ -12,8 +12,9 @@ from typing import Any, Self
 from relform_analysis.flight.archive import read_log, write_log
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.summary import Json
-from relform_analysis.sweep.plan import Run, Variant
+from relform_analysis.sweep.plan import Run
 from relform_analysis.sweep.statistics import aggregate
+from relform_analysis.sweep.variant import Variant
 from relform_core.atomic_file import write_atomically
 from relform_core.errors import RelformError
 from relform_core.schema import Schema
@@ -139,6 +140,7 @@ class SweepFolder:
                     "title": variant.title,
                     "scenario": variant.scenario,
                     "set": list(variant.set),
+                    "parameters": dict(variant.parameters),
                     **aggregate([row for row in rows if row["variant"] == variant.name]),
                 }
                 for variant in variants

@@ -2,44 +2,29 @@
 
 import hashlib
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import Field, JsonValue, ValidationError
 
+from relform_analysis.sweep.grid import grid_variants
 from relform_analysis.sweep.software import flight_software
-from relform_core.config_files import find_config, is_plain_name
+from relform_analysis.sweep.variant import Variant
+from relform_core.config_files import find_config
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
-from relform_core.load import SECTIONS_IN_FILES, LoadedScenario, load_scenario
-from relform_core.schema import Label, Schema
+from relform_core.load import LoadedScenario, load_scenario
+from relform_core.schema import Schema
 from relform_core.yaml_files import read_mapping
 
 
-class Variant(Schema):
-    """A scenario with some keys changed."""
-
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
-    title: Label
-    scenario: str | None = None
-    """Path or plain name of another scenario; None: that of the sweep."""
-    set: tuple[str, ...]
-    """Overrides ``some.key=value``, as on the command line."""
-
-    def relative_to(self, folder: Path) -> "Variant":
-        """The same with the paths of scenarios and whole sections taken from a folder."""
-        scenario = None if self.scenario is None else _path_from_folder(self.scenario, folder)
-        changes = tuple(_from_folder(override, folder) for override in self.set)
-        return self.model_copy(update={"scenario": scenario, "set": changes})
-
-
 class VariantFile(Schema):
-    """Content of a file of variants."""
+    """Content of a file of variants: either their list, or a grid over parameters."""
 
-    variants: Annotated[tuple[Variant, ...], Field(min_length=1)]
+    variants: Annotated[tuple[Variant, ...], Field(min_length=1)] | None = None
+    grid: Annotated[dict[str, tuple[JsonValue, ...]], Field(min_length=1)] | None = None
 
 
 @dataclass(frozen=True)
@@ -87,9 +72,13 @@ def load_variants(variants_file: Path | str) -> tuple[Variant, ...]:
     except TypeError:
         raise ConfigError(f"{path}: holds a value that is neither text, number, list nor mapping") from None
     try:
-        listed = VariantFile.model_validate_json(text).variants
+        written = VariantFile.model_validate_json(text)
     except ValidationError as error:
         raise ConfigError(explain(error, tree, Origins(str(path)), VariantFile)) from None
+    if (written.variants is None) == (written.grid is None):
+        has = "neither variants nor a grid" if written.grid is None else "both variants and a grid"
+        raise ConfigError(f"{path}: has {has}; a sweep needs one of them")
+    listed = written.variants or grid_variants(written.grid or {}, f"{path}: grid.")
     variants = tuple(variant.relative_to(path.parent) for variant in listed)
     names = [variant.name for variant in variants]
     for name in names:
@@ -110,11 +99,10 @@ def plan_runs(
     for variant in variants:
         changes = (*overrides, *variant.set)
         try:
-            if any(change.partition("=")[0].strip() == "seed" for change in changes):
-                raise ConfigError("--set seed: a sweep flies many; --seed is the first of them")
+            _check_keys(overrides, variant)
             loaded[variant.name] = load_scenario(variant.scenario or scenario, changes, seeds[0]), changes
         except ConfigError as error:
-            raise ConfigError(f"variant '{variant.name}': {error}") from None
+            raise ConfigError(variant.problem(error)) from None
     # Seed by seed, so that an unfinished sweep has about as many runs of every variant.
     return [
         Run(name, with_first_seed.with_seed(seed), flight_software(), changes)
@@ -123,12 +111,15 @@ def plan_runs(
     ]
 
 
-def _from_folder(override: str, folder: Path) -> str:
-    key, separator, value = override.partition("=")
-    if key.strip() not in SECTIONS_IN_FILES or value.strip().startswith("{"):
-        return override
-    return f"{key}{separator}{_path_from_folder(value.strip(), folder)}"
+def _check_keys(overrides: Sequence[str], variant: Variant) -> None:
+    """Refuse changes that a sweep makes itself.
 
-
-def _path_from_folder(reference: str, folder: Path) -> str:
-    return reference if is_plain_name(reference) else os.path.normpath(folder / reference)
+    Raises:
+        ConfigError: one line: the key.
+    """
+    keys = [change.partition("=")[0].strip() for change in (*overrides, *variant.set)]
+    if "seed" in keys:
+        raise ConfigError("--set seed: a sweep flies many; --seed is the first of them")
+    for key in variant.parameters:
+        if keys.count(key) > 1:
+            raise ConfigError(f"--grid {key}: --set has it, too; leave one of them out")

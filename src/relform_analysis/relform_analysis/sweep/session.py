@@ -1,9 +1,10 @@
 """A sweep on the terminal: its processes and its progress."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from functools import partial
 
 from rich.console import Console
 from rich.progress import (
@@ -18,6 +19,7 @@ from rich.progress import (
 from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.sweep.folder import SweepFolder
 from relform_analysis.sweep.plan import Run
+from relform_analysis.sweep.progress import ProgressLines
 from relform_analysis.sweep.runs import fly_all, in_order, resume
 from relform_analysis.sweep.workers import LocalProcesses
 from relform_core.errors import RelformError
@@ -52,22 +54,41 @@ def executor_for(jobs: int, scheduler: str | None) -> Iterator[Executor]:
 def fly_shown(
     runs: Sequence[Run], folder: SweepFolder, executor: Executor, console: Console, title: str = "flying"
 ) -> list[Json]:
-    """Fly the runs that are not stored yet, with a progress bar; the rows of all runs, in their order."""
+    """Fly the runs that are not stored yet; the rows of all runs, in their order.
+
+    A terminal shows a live line, anything else gets a line every few seconds.
+    """
     rows, missing = resume(runs, folder)
-    with _progress(console) as progress:
-        task = progress.add_task(title, total=len(runs), completed=len(rows), lost=_lost(rows))
+    with _shown(console, title, len(runs), rows) as update:
         for row in fly_all(missing, folder, executor):
             rows.append(row)
-            progress.update(task, completed=len(rows), lost=_lost(rows))
+            update(len(rows), _lost(rows))
     return in_order(rows, runs)
 
 
-def _lost(rows: Sequence[Json]) -> str:
-    lost = sum(row["outcome"] != Outcome.COMPLETED for row in rows)
+@contextmanager
+def _shown(
+    console: Console, title: str, total: int, rows: Sequence[Json]
+) -> Iterator[Callable[[int, int], None]]:
+    """Where to tell the numbers of flights that have ended, and of those that did not complete."""
+    if not console.is_terminal:
+        write = partial(console.print, soft_wrap=True, highlight=False, markup=False)
+        yield ProgressLines(title, total, len(rows), write).update
+        return
+    with _live_line(console) as progress:
+        task = progress.add_task(title, total=total, completed=len(rows), lost=_lost_text(_lost(rows)))
+        yield lambda done, lost: progress.update(task, completed=done, lost=_lost_text(lost))
+
+
+def _lost(rows: Sequence[Json]) -> int:
+    return sum(row["outcome"] != Outcome.COMPLETED for row in rows)
+
+
+def _lost_text(lost: int) -> str:
     return f"{lost} not completed" if lost else ""
 
 
-def _progress(console: Console) -> Progress:
+def _live_line(console: Console) -> Progress:
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),

@@ -10,10 +10,12 @@ import numpy as np
 from relform_analysis.flight.summary import Json, Outcome
 
 CONFIDENCE = 0.95
-
-
+LOG_FACTOR_MAX = 50.0
+"""An interval this wide says nothing; a wider one would not be a finite number."""
 NO_METRICS = ("format", "seed")
 """Numbers of a row that are not averaged."""
+SIGNED = ("view_margin_min_deg",)
+"""Numbers that may be negative, by the last part of their name; all others are lengths, times, counts."""
 
 
 def flatten(summary: Json) -> dict[str, Any]:
@@ -50,26 +52,31 @@ def aggregate(rows: Sequence[Mapping[str, Any]]) -> Json:
             if row["outcome"] != Outcome.COMPLETED
         ],
         "metrics": {
-            key: describe([row[key] for row in completed if _is_number(row.get(key))]) for key in metrics
+            key: describe(
+                [row[key] for row in completed if _is_number(row.get(key))],
+                signed=key.rpartition(".")[2] in SIGNED,
+            )
+            for key in metrics
         },
     }
 
 
-def describe(values: Sequence[float]) -> Json:
-    """Distribution of values, with the 95 % confidence interval of their mean (Student's t).
+def describe(values: Sequence[float], signed: bool = True) -> Json:
+    """Distribution of values, with the 95 % confidence interval of their mean.
 
     The deviation is that of a sample; one value has neither a deviation nor an interval.
+
+    Args:
+        values: one per flight.
+        signed: whether such a number may be negative; if not, its interval is not either.
     """
     n = len(values)
     if n == 0:
         return {"n": 0, "mean": None, "std": None, "min": None, "p95": None, "max": None, "ci95": None}
     mean, deviation, interval = float(np.mean(values)), None, None
     if n > 1:
-        from scipy.special import stdtrit  # imported here, because SciPy is slow to import
-
         deviation = float(np.std(values, ddof=1))
-        half = float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2.0)) * deviation / math.sqrt(n)
-        interval = [mean - half, mean + half]
+        interval = _interval(mean, deviation, n, positive=not signed and min(values) >= 0.0 and mean > 0.0)
     return {
         "n": n,
         "mean": mean,
@@ -79,6 +86,20 @@ def describe(values: Sequence[float]) -> Json:
         "max": float(np.max(values)),
         "ci95": interval,
     }
+
+
+def _interval(mean: float, deviation: float, n: int, positive: bool) -> list[float]:
+    """The 95 % confidence interval of a mean: Student's t; of positive numbers on a logarithmic scale.
+
+    The logarithm of the mean has the standard error of the mean over the mean, to first order.
+    """
+    from scipy.special import stdtrit  # imported here, because SciPy is slow to import
+
+    half = float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2.0)) * deviation / math.sqrt(n)
+    if positive:
+        factor = math.exp(min(half / mean, LOG_FACTOR_MAX))
+        return [mean / factor, mean * factor]
+    return [mean - half, mean + half]
 
 
 def _scalars(part: Json, prefix: str) -> dict[str, Any]:

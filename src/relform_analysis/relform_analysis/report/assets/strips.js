@@ -1,50 +1,59 @@
-// The page of a sweep: beside the numbers of each variant, its flights as dots on a common scale.
+// One number of all variants: a row for each, with its flights as dots on a common scale.
 
 const ROW = 24, PAD = 12;
-const FAR_APART = 4; // largest over smallest value, from which the scale is logarithmic
+const HEADINGS = ["mean", "95 % interval", "min", "p95", "max", "flights"];
 
 class Strips {
+  /** Fill a table with the number that its `data-number` names. */
   constructor(table) {
-    Object.assign(this, { table, data: page.numbers[table.dataset.number] });
-    this.cells = [...table.querySelectorAll("tbody .strip")];
-    this.axis = table.querySelector(".axis");
-    this.range = this.findRange();
-    new ResizeObserver(() => this.draw()).observe(this.axis);
+    this.table = table;
+    new ResizeObserver(() => this.draw()).observe(table);
+    this.show(table.dataset.number);
   }
 
-  /** The scale: of all values, logarithmic where variants are far apart, with the paper's number if that is near. */
-  findRange() {
-    const { claim, variants } = this.data;
-    const values = variants.flatMap((variant) => variant?.values ?? []);
-    let low = Math.min(...values), high = Math.max(...values);
-    if (claim !== null && claim < 2 * high && claim > 0.3 * low) [low, high] = [Math.min(low, claim), Math.max(high, claim)];
-    this.log = low > 0 && high > FAR_APART * low;
-    if (this.log) return [low / 1.1, high * 1.1];
-    for (const bound of variants.flatMap((variant) => variant?.ci95 ?? [])) [low, high] = [Math.min(low, bound), Math.max(high, bound)];
-    if (low >= 0 && low < 0.6 * high) low = 0;
-    const margin = 0.03 * (high - low) || Math.abs(high) * 0.1 || 1;
-    return [low === 0 ? 0 : low - margin, high + margin];
+  show(number) {
+    this.table.dataset.number = number;
+    this.table.replaceChildren();
+    this.data = page.numbers[number];
+    const { claim, variants } = this.data, known = variants.filter(Boolean);
+    this.scale = new Scale(known.flatMap(({ values }) => values), { near: claim, bounds: known.flatMap(({ ci95 }) => ci95 ?? []) });
+    const head = make(make(this.table, "thead"), "tr");
+    make(head, "th");
+    this.axis = make(head, "td", { class: "strip axis" });
+    for (const heading of HEADINGS) make(head, "th", {}, heading);
+    const body = make(this.table, "tbody");
+    this.cells = page.variants.map((variant, index) => this.row(body, variant, variants[index]));
+    this.width = 0;
+    this.draw();
   }
 
-  place(value, width) {
-    const [low, high] = this.range;
-    const part = this.log ? Math.log(Math.max(value, low) / low) / Math.log(high / low) : (value - low) / (high - low);
-    return PAD + part * (width - 2 * PAD);
+  row(body, variant, distribution) {
+    const row = make(body, "tr"), bare = (value) => value.toFixed(this.data.digits);
+    make(row, "th", { title: variant.name }, variant.title);
+    const cell = make(row, "td", { class: "strip" });
+    if (!distribution) {
+      for (const text of ["-", "", "-", "-", "-", "0"]) make(row, "td", {}, text);
+      return cell;
+    }
+    const { mean, ci95, min, p95, max, values, holds } = distribution;
+    make(row, "td", { class: holds === false ? "mean missed" : "mean" }, withUnit(mean, this.data));
+    const texts = [ci95 ? rangeText(ci95, this.data) : "", bare(min), bare(p95), bare(max), String(values.length)];
+    for (const text of texts) make(row, "td", {}, text);
+    return cell;
   }
 
   draw() {
     const width = this.axis.clientWidth;
-    if (!width) return;
-    const x = (value) => this.place(value, width), { claim } = this.data;
-    const ticks = this.log ? logTicks(...this.range, 6) : linearTicks(...this.range, width / 90);
+    if (!width || width === this.width) return;
+    this.width = width;
+    const x = (value) => PAD + this.scale.part(value) * (width - 2 * PAD), { claim } = this.data;
+    const ticks = this.scale.ticks(width / 90);
     this.drawAxis(width, x, ticks);
     this.cells.forEach((cell, variant) => {
       cell.replaceChildren();
       const svg = make(cell, "svg", { height: ROW, width });
       for (const tick of ticks) make(svg, "line", { class: "grid", x1: x(tick), x2: x(tick), y1: 0, y2: ROW });
-      if (claim !== null && claim >= this.range[0] && claim <= this.range[1]) {
-        make(svg, "line", { class: "guide", x1: x(claim), x2: x(claim), y1: 0, y2: ROW });
-      }
+      if (claim !== null && this.scale.has(claim)) make(svg, "line", { class: "guide", x1: x(claim), x2: x(claim), y1: 0, y2: ROW });
       const distribution = this.data.variants[variant];
       if (distribution) this.drawVariant(svg, distribution, x, variant);
     });
@@ -55,7 +64,7 @@ class Strips {
     this.axis.previousElementSibling.replaceChildren();
     const svg = make(this.axis, "svg", { height: 16, width });
     for (const tick of ticks) make(svg, "text", { x: x(tick), y: 12, "text-anchor": "middle" }, tickText(tick));
-    if (this.log) make(this.axis.previousElementSibling, "small", {}, "log scale");
+    if (this.scale.log) make(this.axis.previousElementSibling, "small", {}, "log scale");
   }
 
   drawVariant(svg, { values, seeds, quartiles, mean, ci95 }, x, variant) {
@@ -66,30 +75,18 @@ class Strips {
       // The golden ratio spreads any number of dots evenly, the same way each time.
       const aside = ((seeds[index] * 0.618034) % 1 - 0.5) * (ROW - 11);
       const dot = make(svg, "circle", { class: "dot", cx: x(value), cy: middle + aside, r: 2.6, "data-seed": seeds[index] });
-      dot.addEventListener("pointerenter", (event) => showSeed(event, seeds[index], page.variants[variant], this.data, value));
-      dot.addEventListener("pointerleave", hideSeed);
+      this.markSeed(dot, seeds[index], `seed ${seeds[index]}, ${page.variants[variant].title}: ${withUnit(value, this.data)}`);
     });
     if (ci95) make(svg, "line", { class: "interval", x1: x(ci95[0]), x2: x(ci95[1]), y1: middle, y2: middle });
-    const at = x(mean);
-    make(svg, "path", { class: "mean-mark", d: `M${at - 4.5} ${middle}L${at} ${middle - 4.5}L${at + 4.5} ${middle}L${at} ${middle + 4.5}Z` });
+    make(svg, "path", { class: "mean-mark", d: diamond(x(mean), middle, 4.5) });
+  }
+
+  /** Pointing at a flight shows the flights with the same seed in all rows. */
+  markSeed(dot, seed, text) {
+    explain(dot, () => text);
+    dot.addEventListener("pointerenter", () => document.querySelectorAll(`.dot[data-seed="${seed}"]`).forEach((same) => same.classList.add("same")));
+    dot.addEventListener("pointerleave", () => document.querySelectorAll(".dot.same").forEach((same) => same.classList.remove("same")));
   }
 }
 
-function showSeed(event, seed, variant, { digits, unit }, value) {
-  const tip = byId("tip");
-  tip.textContent = `seed ${seed}, ${variant}: ${value.toFixed(digits)} ${unit}`;
-  tip.hidden = false;
-  const left = Math.min(event.clientX + 12, innerWidth - tip.offsetWidth - 8);
-  Object.assign(tip.style, { left: `${left}px`, top: `${event.clientY + 14}px` });
-  document.querySelectorAll(`.dot[data-seed="${seed}"]`).forEach((dot) => dot.classList.add("same"));
-}
-
-function hideSeed() {
-  byId("tip").hidden = true;
-  document.querySelectorAll(".dot.same").forEach((dot) => dot.classList.remove("same"));
-}
-
-for (const table of document.querySelectorAll(".strips")) new Strips(table);
-addEventListener("keydown", (event) => {
-  if (event.key.toLowerCase() === "t" && !event.ctrlKey && !event.metaKey && !event.altKey) theme.toggle();
-});
+const diamond = (x, y, size) => `M${x - size} ${y}L${x} ${y - size}L${x + size} ${y}L${x} ${y + size}Z`;
