@@ -9,7 +9,8 @@ from relform_analysis.flight.summary import Json, build_summary
 from relform_analysis.report.flight_source import ending_from_log
 from relform_analysis.report.sweep_source import Sweep, is_sweep, read_sweep
 from relform_analysis.sweep.folder import SweepFolder
-from relform_analysis.sweep.plan import Run, Variant, plan_runs
+from relform_analysis.sweep.plan import Run, plan_runs
+from relform_analysis.sweep.variant import Variant
 from relform_core.errors import RelformError
 
 SEED = "-s"
