@@ -125,14 +125,15 @@ def test_what_cannot_be_flown_is_one_line_that_names_key_value_and_bound(
     assert error_of(*options).startswith(message)
 
 
-def test_an_unknown_key_is_named() -> None:
-    assert error_of("controller.weights.torqe_per_n2_m2=5,10").startswith(
-        "--grid controller.weights.torqe_per_n2_m2: unknown key"
+def test_an_unknown_key_is_named_with_the_one_that_was_meant() -> None:
+    assert error_of("controller.weights.torqe_per_n2_m2=5,10") == (
+        "--grid controller.weights.torqe_per_n2_m2: unknown key (did you mean 'torque_per_n2_m2'?)"
+    )
+    assert error_of("controller.weights.torque=5").endswith("unknown key (did you mean 'torque_per_n2_m2'?)")
+    assert error_of("controller.weihgts.torque_per_n2_m2=5") == (
+        "--grid controller.weihgts.torque_per_n2_m2=5: unknown key 'weihgts' (did you mean 'weights'?)"
     )
     assert error_of("one key=5").startswith("--grid one key: unknown key")
-    assert error_of("controller.weihgts.torque_per_n2_m2=5").startswith(
-        "--grid controller.weihgts.torque_per_n2_m2=5: unknown key 'weihgts'"
-    )
 
 
 def test_a_key_is_in_the_grid_or_set_for_all_variants() -> None:
@@ -167,5 +168,5 @@ def test_bad_grids_in_a_file(tmp_path: Path, text: str, message: str | None) -> 
     file.write_text(text)
     with pytest.raises(ConfigError) as error:
         load_variants(file)
-    expected = f"{file}: {message}" if message else f'{file}:1: not valid YAML: found duplicate key "a.b"'
+    expected = f"{file}: {message}" if message else f'{file}:1:18: not valid YAML: found duplicate key "a.b"'
     assert str(error.value).startswith(expected)
