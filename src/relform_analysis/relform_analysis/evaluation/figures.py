@@ -17,6 +17,7 @@ from relform_analysis.flight.summary import Json
 from relform_analysis.flight.tracking_errors import follower_yaw_errors
 from relform_analysis.flight.view_margins import view_margins
 from relform_analysis.plots.over_time import OtherFlights, draw_over_time, save
+from relform_analysis.plots.palette import Style, series_style, vehicle_style
 from relform_analysis.plots.panels import Guide, Line, Panel, flight_panels
 from relform_analysis.plots.paper_figures import TRAJECTORIES, draw_trajectories, pair_by_pair
 from relform_analysis.plots.style import PAPER_STYLE
@@ -85,7 +86,7 @@ def _solver(log: FlightLog) -> list[Panel]:
     time_ms = 1e3 * (solver["prepare_time"] + solver["feedback_time"])
 
     def panel(title: str, unit: str, values: Array, *guides: Guide, log_scale: bool = True) -> Panel:
-        line = Line("modified RTI", "series-0", values)
+        line = Line("modified RTI", series_style(0), values)
         return Panel(title, unit, 1, [line], guides, log_scale=log_scale)
 
     return [
@@ -100,13 +101,13 @@ def _followers(log: FlightLog) -> list[Panel]:
     yaws = np.degrees(follower_yaw_errors(log)).T
     least = np.degrees(np.nanmin(view_margins(log)[log.tick_of_step], axis=(1, 2)))
 
-    def panel(title: str, colour: str, values: Array) -> Panel:
-        return Panel(title, "deg", 1, [Line(title, colour, values)])
+    def panel(title: str, style: Style, values: Array) -> Panel:
+        return Panel(title, "deg", 1, [Line(title, style, values)])
 
     return [
         *(
-            panel(f"Yaw of {log.vehicles[follower]} relative to the leader", f"vehicle-{follower}", yaw)
+            panel(f"Yaw of {log.vehicles[follower]} relative to the leader", vehicle_style(follower), yaw)
             for follower, yaw in zip(log.followers, yaws, strict=True)
         ),
-        panel("Least margin of the field of view of all pairs", "series-0", least),
+        panel("Least margin of the field of view of all pairs", series_style(0), least),
     ]

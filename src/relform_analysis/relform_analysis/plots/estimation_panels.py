@@ -12,7 +12,8 @@ from relform_analysis.flight.estimation_errors import (
 )
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.tracking_errors import scored_pairs
-from relform_analysis.plots.panels import COLOURS, Guide, Line, Panel, pair_label
+from relform_analysis.plots.palette import Style, series_style, vehicle_style
+from relform_analysis.plots.panels import Guide, Line, Panel, pair_label, scored_pair_styles
 from relform_core.arrays import Array
 from relform_core.names import EstimatorMode
 
@@ -32,12 +33,10 @@ def estimation_panels(log: FlightLog) -> list[Panel]:
     between, leader = pair_estimation_errors(log), leader_estimation_errors(log)
     names = [pair_label(*pair) for pair in pairs]
     yaws = [
-        _angle(name, f"pair-{index % COLOURS}", between.errors[:, index, 3], between.deviations[:, index, 3])
-        for index, name in enumerate(names)
+        _angle(name, style, between.errors[:, index, 3], between.deviations[:, index, 3])
+        for index, (name, style) in enumerate(zip(names, scored_pair_styles(log), strict=True))
     ]
-    leader_yaw = _angle(
-        "yaw", f"vehicle-{log.leader % COLOURS}", leader.errors[:, 3], leader.deviations[:, 3]
-    )
+    leader_yaw = _angle("yaw", vehicle_style(log.leader), leader.errors[:, 3], leader.deviations[:, 3])
     return [
         *(
             _position(name, EstimationErrors(between.errors[:, index], between.covariances[:, index]))
@@ -48,13 +47,17 @@ def estimation_panels(log: FlightLog) -> list[Panel]:
         _errors(f"yaw of {log.vehicles[log.leader]}", "deg", 2, [leader_yaw]),
         *_innovations(log),
         Panel(
-            f"Estimator: mode ({MODES})", "", 0, [Line("mode", "series-0", log.estimator["mode"])], steps=True
+            f"Estimator: mode ({MODES})",
+            "",
+            0,
+            [Line("mode", series_style(0), log.estimator["mode"])],
+            steps=True,
         ),
         Panel(
             "Estimator: rejected measurements per step",
             "",
             0,
-            [Line("rejected", "series-1", log.estimator["rejected"])],
+            [Line("rejected", series_style(1), log.estimator["rejected"])],
             steps=True,
         ),
     ]
@@ -63,7 +66,7 @@ def estimation_panels(log: FlightLog) -> list[Panel]:
 def _position(name: str, estimate: EstimationErrors) -> Panel:
     millimetres, deviations = 1e3 * estimate.errors, 1e3 * estimate.deviations
     lines = [
-        Line(axis, f"rotor-{index}", millimetres[:, index], _band(deviations[:, index]))
+        Line(axis, series_style(index), millimetres[:, index], _band(deviations[:, index]))
         for index, axis in enumerate(AXES)
     ]
     return _errors(name, "mm", 1, lines)
@@ -74,8 +77,8 @@ def _errors(name: str, unit: str, digits: int, lines: Sequence[Line]) -> Panel:
     return Panel(f"Estimate − truth: {name}{bands}", unit, digits, lines)
 
 
-def _angle(name: str, colour: str, error: Array, deviation: Array) -> Line:
-    return Line(name, colour, np.degrees(error), _band(np.degrees(deviation)))
+def _angle(name: str, style: Style, error: Array, deviation: Array) -> Line:
+    return Line(name, style, np.degrees(error), _band(np.degrees(deviation)))
 
 
 def _band(deviation: Array) -> Array | None:
@@ -94,9 +97,9 @@ def _innovations(log: FlightLog) -> list[Panel]:
             "",
             2,
             [
-                Line("NIS", "series-0", nis / np.where(dof > 0.0, dof, np.nan)),
-                Line("2.5 %", "series-1", low / dof),
-                Line("97.5 %", "series-1", high / dof),
+                Line("NIS", series_style(0), nis / np.where(dof > 0.0, dof, np.nan)),
+                Line("2.5 %", series_style(1), low / dof),
+                Line("97.5 %", series_style(1), high / dof),
             ],
             [Guide("expected 1", (1.0,))],
         )

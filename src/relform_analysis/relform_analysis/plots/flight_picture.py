@@ -13,18 +13,19 @@ from relform_analysis.flight.metrics import FlightMetrics
 from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
 from relform_analysis.flight.phases import flown_phases, step_times
 from relform_analysis.flight.tracking_errors import formation_errors, leader_errors, scored_pairs
+from relform_analysis.plots.panels import pair_label, scored_pair_styles
 from relform_analysis.plots.phase_marks import name_phases, shade_phases
 from relform_analysis.plots.style import (
     BAND,
     BLACK,
     GUIDE,
-    PAIR_COLOURS,
     SCREEN_STYLE,
     SHADOW,
     TEXT,
     VEHICLE_COLOURS,
     VERMILION,
     cycled,
+    line_style,
 )
 from relform_core.arrays import Array
 from relform_core.errors import FlightError
@@ -182,11 +183,10 @@ def _fit_scene(axes: Any, points: Array, box: Array) -> None:
 
 def _draw_formation(axes: Axes, log: FlightLog) -> None:
     pairs = scored_pairs(log.scenario.config.team)
-    for index, ((observer, target), error) in enumerate(
-        zip(pairs, formation_errors(log, pairs).T, strict=True)
+    for pair, style, error in zip(
+        pairs, scored_pair_styles(log), formation_errors(log, pairs).T, strict=True
     ):
-        colour = cycled(PAIR_COLOURS, index)
-        axes.plot(step_times(log), error, color=colour, label=f"{observer} \N{RIGHTWARDS ARROW} {target}")
+        axes.plot(step_times(log), error, **line_style(style), label=pair_label(*pair))
     axes.set_title("Formation error [m], steady state shaded", pad=22.0)
     axes.set_ylim(0.0, 1.25 * axes.get_ylim()[1])  # room for the legend
     axes.legend(

@@ -11,7 +11,7 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import separations
 from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.plots.picture_command import draw_into_file
-from relform_analysis.plots.style import BLUE, GREEN, GUIDE, PAIR_COLOURS, TEXT, VERMILION, cycled
+from relform_analysis.plots.style import BLUE, GREEN, GUIDE, TEXT, VEHICLE_COLOURS, VERMILION, cycled
 from relform_core.blend import Blend
 from relform_core.formation_change import FormationChanges
 from relform_core.load import LoadedScenario, load_scenario
@@ -115,7 +115,7 @@ def _draw_from_above(axes: Any, title: str, log: FlightLog, way: Blend) -> None:
     flown = np.moveaxis(log.p_NB_N - log.p_NB_N[:, :1], 1, 0)  # the leader does not turn
     axes.scatter(0.0, 0.0, color=TEXT, s=38)
     for vehicle in range(1, len(planned)):
-        colour = cycled(PAIR_COLOURS, vehicle - 1)
+        colour = cycled(VEHICLE_COLOURS, vehicle)
         (right, forward), (right_flown, forward_flown) = (
             (-path[vehicle, :, 1], path[vehicle, :, 0]) for path in (planned, flown)
         )

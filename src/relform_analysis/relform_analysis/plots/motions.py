@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from relform_analysis.plots.picture_command import draw_into_file
-from relform_analysis.plots.style import GUIDE, PAIR_COLOURS, TEXT, cycled
+from relform_analysis.plots.style import GUIDE, TEXT, VEHICLE_COLOURS, cycled
 from relform_controller.reference.trajectory import LeaderTrajectory
 from relform_core.load import load_scenario
 from relform_core.scenario_config import ScenarioConfig
@@ -39,7 +39,7 @@ def _draw(axes: Any, config: ScenarioConfig) -> None:
     p_NB_N = LeaderTrajectory(config, 0).at(instants_ns).p_NB_N
     for index, (phase, first) in enumerate(zip(config.phases, config.phase_starts, strict=True)):
         last = first + round(phase.duration / config.controller.period)
-        colour = cycled(PAIR_COLOURS, index)
+        colour = cycled(VEHICLE_COLOURS, index + 1)
         every = max(1, round(1.0 / config.controller.period))
         axes.plot(*p_NB_N[first : last + 1, :2].T, color=colour, linewidth=1.4, label=phase.motion.kind)
         axes.scatter(*p_NB_N[first : last + 1 : every, :2].T, color=colour, s=9)

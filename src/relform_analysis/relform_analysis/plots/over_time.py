@@ -11,9 +11,10 @@ import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.phases import step_times
-from relform_analysis.plots.panels import Line, Panel
+from relform_analysis.plots.palette import Style, series_style
+from relform_analysis.plots.panels import Panel
 from relform_analysis.plots.phase_marks import name_phases, shade_phases
-from relform_analysis.plots.style import GUIDE, LINE_COLOURS, TEXT, VERMILION, cycled
+from relform_analysis.plots.style import GUIDE, TEXT, line_style
 from relform_core.arrays import Array
 from relform_core.errors import RelformError
 
@@ -75,7 +76,7 @@ def draw_over_time(
         _draw_panel(axes, panels, step_times(longest))
         if compared is not None:
             others = [run[index].lines[0].values for run in compared.runs]
-            _draw_band(axes, others, step_times(longest), panels[0], VERMILION, 0.9, compared.name)
+            _draw_band(axes, others, step_times(longest), panels[0], series_style(1), 0.9, compared.name)
         if panels[0].log_scale:
             _label_log_scale(axes)
         known = {panels[0].lines[0].name} if len(panels[0].lines) == 1 else set()  # the title names it
@@ -129,7 +130,7 @@ def _draw_panel(axes: Axes, panels: Sequence[Panel], time: Array) -> None:
     width = 0.5 if len(first.lines) > DENSE_LINES else 0.9
     highest = [
         _draw_band(
-            axes, [panel.lines[i].values for panel in panels], time, first, _colour(line), width, line.name
+            axes, [panel.lines[i].values for panel in panels], time, first, line.style, width, line.name
         )
         for i, line in enumerate(first.lines)
     ]
@@ -147,7 +148,7 @@ def _draw_panel(axes: Axes, panels: Sequence[Panel], time: Array) -> None:
 
 
 def _draw_band(
-    axes: Axes, series: Sequence[Array], time: Array, panel: Panel, colour: str, width: float, name: str
+    axes: Axes, series: Sequence[Array], time: Array, panel: Panel, style: Style, width: float, name: str
 ) -> float:
     """A line with a band about it; returns the highest value of both.
 
@@ -160,9 +161,10 @@ def _draw_band(
     else:
         middle, deviation = over_runs(series)
         low, high = middle - deviation, middle + deviation
+    drawn = line_style(style)
     if len(series) > 1:
-        axes.fill_between(time[: len(low)], low, high, color=colour, alpha=0.25, linewidth=0)
-    axes.plot(time[: len(middle)], middle, color=colour, linewidth=width, label=name)
+        axes.fill_between(time[: len(low)], low, high, color=drawn["color"], alpha=0.25, linewidth=0)
+    axes.plot(time[: len(middle)], middle, **drawn, linewidth=width, label=name)
     highest = np.fmax(middle, high)
     finite = highest[np.isfinite(highest)]
     return float(finite.max()) if finite.size else np.nan
@@ -198,8 +200,3 @@ def _label_log_scale(axes: Axes) -> None:
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
     axes.yaxis.set_major_formatter("{x:g}" if few else LogFormatterSciNotation())
     axes.yaxis.set_minor_formatter(NullFormatter())
-
-
-def _colour(line: Line) -> str:
-    palette, _, index = line.colour.partition("-")
-    return cycled(LINE_COLOURS[palette], int(index))

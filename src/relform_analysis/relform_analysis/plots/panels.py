@@ -13,11 +13,10 @@ from relform_analysis.flight.tracking_errors import (
     leader_errors,
     scored_pairs,
 )
+from relform_analysis.plots.palette import Style, pair_style, series_style, vehicle_style
 from relform_core.arrays import Array
 from relform_core.units import rad_s_to_rpm
 
-COLOURS = 7
-"""Number of colours of vehicles and of pairs; further ones start over."""
 ROTORS = ("front", "left", "back", "right")
 
 
@@ -26,8 +25,7 @@ class Line:
     """One value per control step."""
 
     name: str
-    colour: str
-    """``pair-0`` to ``pair-6``, ``vehicle-0``, ``rotor-0`` to ``rotor-3``, ``series-0`` or ``series-1``."""
+    style: Style
     values: Array
     """Shape (K,)."""
     band: Array | None = None
@@ -61,6 +59,13 @@ def pair_label(observer: str, target: str) -> str:
     return f"{observer} → {target}"
 
 
+def scored_pair_styles(log: FlightLog) -> list[Style]:
+    """Of the lines of the scored pairs, in their order."""
+    place = {name: index for index, name in enumerate(log.vehicles)}
+    pairs = scored_pairs(log.scenario.config.team)
+    return [pair_style(place[observer], place[target], log.leader) for observer, target in pairs]
+
+
 def flight_panels(log: FlightLog) -> dict[str, list[Panel]]:
     """All plots of the paper, from the formation to the solver, by the name of the figure that they make."""
     return {
@@ -74,8 +79,10 @@ def flight_panels(log: FlightLog) -> dict[str, list[Panel]]:
 def _formation(log: FlightLog) -> list[Panel]:
     pairs = scored_pairs(log.scenario.config.team)
     lines = [
-        Line(pair_label(*pair), f"pair-{index % COLOURS}", error)
-        for index, (pair, error) in enumerate(zip(pairs, formation_errors(log, pairs).T, strict=True))
+        Line(pair_label(*pair), style, error)
+        for pair, style, error in zip(
+            pairs, scored_pair_styles(log), formation_errors(log, pairs).T, strict=True
+        )
     ]
     claim = Guide(f"paper < {FORMATION_STEADY_MEAN_M} m", (FORMATION_STEADY_MEAN_M,))
     return [Panel("Formation error", "m", 3, lines, [claim])]
@@ -83,9 +90,9 @@ def _formation(log: FlightLog) -> list[Panel]:
 
 def _tracking(log: FlightLog) -> list[Panel]:
     position_error, yaw_error = leader_errors(log)
-    leader = f"vehicle-{log.leader % COLOURS}"
+    leader = vehicle_style(log.leader)
     followers = [
-        Line(log.vehicles[follower], f"vehicle-{follower % COLOURS}", error)
+        Line(log.vehicles[follower], vehicle_style(follower), error)
         for follower, error in zip(log.followers, np.degrees(follower_yaw_errors(log)).T, strict=True)
     ]
     return [
@@ -104,7 +111,7 @@ def _rotors(log: FlightLog) -> list[Panel]:
             f"Rotor speeds, {name}",
             "rpm",
             0,
-            [Line(rotor, f"rotor-{index}", speeds[:, which, index]) for index, rotor in enumerate(ROTORS)],
+            [Line(rotor, series_style(index), speeds[:, which, index]) for index, rotor in enumerate(ROTORS)],
             [limits],
             steps=True,
         )
@@ -121,7 +128,7 @@ def _solver(log: FlightLog) -> list[Panel]:
             "Solver: objective",
             "",
             2,
-            [Line("objective", "series-0", solver["objective"])],
+            [Line("objective", series_style(0), solver["objective"])],
             log_scale=True,
         ),
         Panel(
@@ -129,8 +136,8 @@ def _solver(log: FlightLog) -> list[Panel]:
             "",
             3,
             [
-                Line("first SQP step", "series-1", solver["kkt_first"]),
-                Line("last SQP step", "series-0", solver["kkt"]),
+                Line("first SQP step", series_style(1), solver["kkt_first"]),
+                Line("last SQP step", series_style(0), solver["kkt"]),
             ],
             [Guide(f"tolerance {tolerance:g}", (tolerance,))],
             log_scale=True,
@@ -140,8 +147,8 @@ def _solver(log: FlightLog) -> list[Panel]:
             "ms",
             2,
             [
-                Line("prepare and feedback", "series-0", prepare + feedback),
-                Line("feedback", "series-1", feedback),
+                Line("prepare and feedback", series_style(0), prepare + feedback),
+                Line("feedback", series_style(1), feedback),
             ],
             [Guide(f"control period {1e3 * controller.period:g} ms", (1e3 * controller.period,))],
             log_scale=True,
@@ -150,7 +157,7 @@ def _solver(log: FlightLog) -> list[Panel]:
             "Solver: SQP steps per control step",
             "",
             0,
-            [Line("SQP steps", "series-0", solver["sqp_steps"])],
+            [Line("SQP steps", series_style(0), solver["sqp_steps"])],
             steps=True,
         ),
     ]

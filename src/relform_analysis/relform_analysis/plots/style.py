@@ -2,25 +2,11 @@
 
 from typing import Any
 
-BLACK, VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY_BLUE = (
-    "#222222",
-    "#D55E00",
-    "#0072B2",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-)
-"""The palette of Okabe and Ito: its colours differ for any colour vision."""
-VEHICLE_COLOURS = (BLACK, VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY_BLUE)
-PAIR_COLOURS = (*VEHICLE_COLOURS[1:], BLACK)
-LINE_COLOURS = {
-    "vehicle": VEHICLE_COLOURS,
-    "pair": PAIR_COLOURS,
-    "rotor": (VERMILION, BLUE, GREEN, PURPLE),
-    "series": (BLACK, VERMILION),
-}
-"""By the first part of ``Line.colour``."""
+from relform_analysis.plots.palette import SERIES, VEHICLES, Style, inks
+
+VEHICLE_COLOURS = tuple(ink.light for ink in VEHICLES)
+"""By place in the team."""
+BLACK, VERMILION, BLUE, GREEN = (ink.light for ink in SERIES)
 TEXT, GUIDE, SHADOW, BAND = "#555555", "#8A8A8A", "#C8C8C8", "#E9E9E9"
 """Greys of texts, of levels to compare with, of what lies behind, and of steady windows."""
 
@@ -45,3 +31,8 @@ PAPER_STYLE: dict[Any, Any] = COMMON | {
 def cycled(colours: tuple[str, ...], index: int) -> str:
     """A colour of a palette, which begins again after its last."""
     return colours[index % len(colours)]
+
+
+def line_style(style: Style) -> dict[str, Any]:
+    """What matplotlib's ``plot`` takes for a line."""
+    return {"color": inks()[style.colour].light, "linestyle": (0, style.dash) if style.dash else "-"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from relform_analysis.plots.style import GUIDE, SHADOW, SKY_BLUE, TEXT, VERMILION
+from relform_analysis.plots.style import GREEN, GUIDE, SHADOW, TEXT, VERMILION
 from relform_analysis.replay.replay import Replay
 from relform_core.errors import RelformError
 from relform_core.units import rad_s_to_rpm
@@ -52,9 +52,7 @@ def replay_figure(result: Replay, vehicle: VehicleConfig) -> Figure:
         speeds.axhline(rpm * vehicle.hover_speed, color=SHADOW, linewidth=0.8, zorder=0)
         speeds.set_title(f"{name}: mean rotor speed (rpm)", loc="left", fontsize=10)
         change = rpm * result.difference[:, index]
-        difference.fill_between(
-            result.time, change.min(axis=1), change.max(axis=1), color=SKY_BLUE, step="post"
-        )
+        difference.fill_between(result.time, change.min(axis=1), change.max(axis=1), color=GREEN, step="post")
         difference.axhline(0.0, color=GUIDE, linewidth=0.8)
         difference.set_title(DIFFERENCE, loc="left", fontsize=10)
         for each in (speeds, difference):

@@ -1,5 +1,6 @@
 """The report of one flight."""
 
+from dataclasses import asdict
 from pathlib import Path
 
 from relform_analysis.flight.log import FlightLog
@@ -9,6 +10,7 @@ from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_analysis.plots.constraint_panels import constraint_panels
 from relform_analysis.plots.estimation_panels import estimation_panels
+from relform_analysis.plots.palette import vehicle_style
 from relform_analysis.plots.panels import Panel, flight_panels, pair_label
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
 from relform_analysis.report.flight_source import unrecorded_topics
@@ -87,6 +89,7 @@ def flight_data(log: FlightLog) -> Json:
     index = {name: position for position, name in enumerate(log.vehicles)}
     return {
         "vehicles": list(log.vehicles),
+        "styles": [asdict(vehicle_style(place)) for place in range(len(log.vehicles))],
         "leader": log.leader,
         "arm": config.vehicle.arm_length,
         "period": config.controller.period,
@@ -134,7 +137,7 @@ def _panel(panel: Panel) -> Json:
         "lines": [
             {
                 "name": line.name,
-                "colour": line.colour,
+                **asdict(line.style),
                 "values": pack(line.values),
                 "band": None if line.band is None else pack(line.band),
             }

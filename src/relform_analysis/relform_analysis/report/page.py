@@ -1,12 +1,14 @@
 """Pages as single files: template, style, scripts and data in one HTML text that opens offline."""
 
 import json
+from collections.abc import Iterator
 from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
 from relform_analysis.flight.summary import Json
+from relform_analysis.plots.palette import inks
 
 ASSETS = files(__package__) / "assets"
 
@@ -31,12 +33,19 @@ def render(
         lstrip_blocks=True,
     )
     return environment.get_template(template).render(
-        style="\n".join(_asset(name) for name in ("style.css", *styles)),
+        style="\n".join((*_ink_rules(), *map(_asset, ("style.css", *styles)))),
         script="\n".join(_asset(name) for name in scripts),
         # Inside <script>, only "</" and "<!--" would end or change what follows.
         data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
         **content,
     )
+
+
+def _ink_rules() -> Iterator[str]:
+    """The palette as variables of the style, by theme."""
+    for ground, selector in (("light", ":root"), ("dark", ':root[data-theme="dark"]')):
+        inks_on_ground = (f"--{name}: {getattr(ink, ground)};" for name, ink in inks().items())
+        yield f"{selector} {{ {' '.join(inks_on_ground)} }}"
 
 
 def _asset(name: str) -> str:

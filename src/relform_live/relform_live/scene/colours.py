@@ -3,21 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 
+from relform_analysis.plots.palette import VEHICLES
 from relform_core.arrays import Array
 
 Rgb = tuple[int, int, int]
 Colours = npt.NDArray[np.uint8]
 
-LEADER: Rgb = (230, 159, 0)
-FOLLOWERS: tuple[Rgb, ...] = (
-    (86, 180, 233),
-    (0, 158, 115),
-    (204, 121, 167),
-    (213, 94, 0),
-    (0, 114, 178),
-    (240, 228, 66),
-)
-"""The palette of Okabe and Ito: its colours differ for any colour vision, in the dark and in the light."""
 UNSEEN: Rgb = (128, 128, 128)
 """A link over which nothing is measured."""
 TARGET: Rgb = (150, 150, 150)
@@ -28,9 +19,10 @@ _ERROR_COLOURS = np.array([(38, 166, 154), (156, 204, 101), (255, 179, 0), (229,
 
 
 def of_vehicles(n_vehicles: int) -> Colours:
-    """One colour per vehicle in team order, leader first, shape (vehicle, 3)."""
-    followers = [FOLLOWERS[index % len(FOLLOWERS)] for index in range(n_vehicles - 1)]
-    return np.array([LEADER, *followers], dtype=np.uint8)
+    """One colour per vehicle in team order, shape (vehicle, 3): those of reports on dark ground."""
+    return np.array(
+        [rgb(VEHICLES[index % len(VEHICLES)].dark) for index in range(n_vehicles)], dtype=np.uint8
+    )
 
 
 def of_errors(errors: Array) -> Colours:
@@ -44,6 +36,12 @@ def linear(colours: Colours) -> Colours:
     encoded = colours / 255.0
     light = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     return np.round(255.0 * light).astype(np.uint8)
+
+
+def rgb(colour: str) -> Rgb:
+    """A colour from the notation of web pages, #rrggbb."""
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    return red, green, blue
 
 
 def css(colour: npt.ArrayLike) -> str:

@@ -30,7 +30,7 @@ class Drawing {
     const names = ["ink", "muted", "faint", "line", "panel", "ground", "link-low", "link-high"];
     this.colours = Object.fromEntries(names.map((name) => [name, theme.colour(name)]));
     this.brush.halo = this.colours.panel;
-    this.vehicleColours = this.flight.data.vehicles.map((_, vehicle) => theme.colour(`vehicle-${vehicle % 7}`));
+    this.vehicleColours = this.flight.data.vehicles.map((_, vehicle) => theme.colour(this.flight.data.styles[vehicle].colour));
   }
 
   linkColour(error) {

@@ -8,7 +8,7 @@ const timeline = new Timeline(byId("timeline"), flight, playback, plots);
 // The legend of the scene, with the numbers at the shown time.
 page.vehicles.forEach((name, vehicle) => {
   const row = make(byId("key"), "div");
-  make(row, "i", { style: `background: var(--vehicle-${vehicle % 7})` });
+  make(row, "i", { style: `background: var(--${page.styles[vehicle].colour})` });
   make(row, "span", {}, name);
 });
 const linkRows = page.pairs.map(({ name }) => {

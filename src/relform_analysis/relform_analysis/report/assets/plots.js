@@ -53,8 +53,8 @@ class Plot {
     const title = make(caption, "h3", {}, data.title);
     if (data.unit) make(title, "small", {}, ` ${data.unit}`);
     const legend = make(caption, "div", { class: "legend" });
-    this.lines = data.lines.map(({ name, colour, values, band }) => {
-      const line = { name, colour, values: unpack(values), band: band && unpack(band), shown: true };
+    this.lines = data.lines.map(({ name, colour, dash, values, band }) => {
+      const line = { name, colour, dash, values: unpack(values), band: band && unpack(band), shown: true };
       const button = make(legend, "button", { type: "button", "aria-pressed": "true", title: `Show or hide ${name}` });
       make(button, "i", { style: `background: var(--${colour})` });
       if (data.lines.length > 1) make(button, "span", {}, name);
@@ -164,7 +164,7 @@ class Plot {
       if (shown && band) make(inside, "path", { class: "band", d: this.bandPath(band, first, last), style: `fill: var(--${colour}); stroke: var(--${colour})` });
     }
     for (const line of this.lines) {
-      if (line.shown) make(inside, "path", { class: this.lines.length > 3 ? "line dense" : "line", d: this.path(line.values, first, last), style: `stroke: var(--${line.colour})` });
+      if (line.shown) make(inside, "path", { class: this.lines.length > 3 ? "line dense" : "line", d: this.path(line.values, first, last), style: `stroke: var(--${line.colour}); stroke-dasharray: ${line.dash.map((length) => 1.4 * length).join(" ") || "none"}` });
     }
     this.hoverLine = make(svg, "line", { class: "hover", y1: TOP, y2: bottom, visibility: "hidden" });
     this.cursor = make(svg, "line", { class: "cursor", y1: TOP - 3, y2: bottom });
