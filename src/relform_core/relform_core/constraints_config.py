@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from relform_core.schema import Name, NonNegative, Positive, PositiveVector3, Schema, Vector3
 from relform_core.units import DEGREES
@@ -72,6 +72,14 @@ class KeepOutConstraint(Prices):
 
 class ConstraintsConfig(Schema):
     """Soft constraints; those that are left out do not exist."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"separation": {"min_m": 0.8, "price_per_unit": 300.0, "square_price_per_unit2": 1000.0}}
+            ]
+        }
+    )
 
     tilt: TiltConstraint | None = None
     """Bound on the tilt of every vehicle."""

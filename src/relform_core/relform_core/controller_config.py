@@ -75,11 +75,11 @@ class SolverConfig(Schema):
     """Limits of the modified real-time iteration (Algorithm MRTI)."""
 
     kkt_tolerance_start: Annotated[Positive, Field(examples=[1.0e-3])]
-    """The first decision of a flight takes SQP steps until the KKT residual is less than this."""
+    """The first decision of a flight takes SQP steps until the KKT value is less than this."""
     sqp_steps_start_max: Annotated[int, Field(ge=1, le=1000, examples=[50])]
     """Largest number of SQP steps of the first decision."""
     kkt_tolerance: Annotated[Positive, Field(examples=[10.0])]
-    """Each later decision takes SQP steps until the KKT residual is less than this."""
+    """Each later decision takes SQP steps until the KKT value is less than this."""
     sqp_steps_max: Annotated[int, Field(ge=1, le=100, examples=[2])]
     """Largest number of SQP steps of each later decision."""
     warm_start: Annotated[WarmStart, Field(examples=["transform"])]
@@ -145,14 +145,17 @@ class ControllerConfig(Schema):
     formation_change: FormationChangeConfig | None
     """Bounds within which a new formation is blended in, over the shortest time. null together with
     ``formation_ramp_s``."""
-    formation_ramp: Annotated[NonNegative | None, Field(alias="formation_ramp_s")] = None
+    formation_ramp: Annotated[
+        NonNegative | None,
+        Field(alias="formation_ramp_s", examples=[1.0], json_schema_extra={"deprecated": True}),
+    ] = None
     """Only in recordings of older versions, in place of ``formation_change``: every change of formation takes
     this time, 0 is a step, and no change is refused for its path."""
     leader_motion: LeaderMotionConfig = LeaderMotionConfig()
     """Bounds on what the leader may be asked to fly by requests and by paths from files."""
     constraints: ConstraintsConfig = ConstraintsConfig()
     """Soft constraints of the optimal control problem."""
-    estimator: EstimatorConfig = RawEstimatorConfig(kind="raw")
+    estimator: Annotated[EstimatorConfig, Field(examples=["team"])] = RawEstimatorConfig(kind="raw")
     """Where the start of the horizon comes from, as a mapping with its ``kind``, or the kind alone."""
     start_wait_max: Annotated[NonNegative, Field(alias="start_wait_max_s")] = 5.0
     """How long the team stays where it is at the start of a flight while the controller waits for a first

@@ -107,6 +107,8 @@ def _tidy(node: Any) -> Any:
     if isinstance(text := tidy.get("description"), str):
         tidy["description"] = " ".join(text.split())
     if isinstance(properties := tidy.get("properties"), dict):
+        if "kind" in properties:
+            tidy["properties"] = properties = {"kind": properties["kind"], **properties}
         for key, value in properties.items():
             if isinstance(value, dict) and (unit := unit_of(key)) is not None:
                 value["x-unit"] = unit

@@ -17,9 +17,9 @@ class DirectionConfig(Schema):
 
     loss_probability: Annotated[Probability, Field(examples=[0.05])] = 0.0
     """Probability that a packet is lost, independent of the others."""
-    burst: Annotated[NonNegative, Field(alias="burst_s")] = 0.0
+    burst: Annotated[NonNegative, Field(alias="burst_s", examples=[0.5])] = 0.0
     """Length of each burst, in which every packet is lost; 0: there are none."""
-    burst_interval: Annotated[Positive | None, Field(alias="burst_interval_s")] = None
+    burst_interval: Annotated[Positive | None, Field(alias="burst_interval_s", examples=[10.0])] = None
     """Mean time from the end of a burst to the start of the next, exponentially distributed; null if
     ``burst_s`` is 0, and only then."""
     delay: Annotated[Delay, Field(alias="delay_s", examples=[0.05])] = 0.0

@@ -54,7 +54,7 @@ class ScenarioConfig(Schema):
     formations: Annotated[dict[Name, FormationConfig], Field(alias="formations_m", min_length=1)]
     """Position of each follower relative to the leader in the leader's control frame {mc}, by formation and
     name."""
-    sensing: SensingConfig = CompleteSensing(kind="complete")
+    sensing: Annotated[SensingConfig, Field(examples=["ring"])] = CompleteSensing(kind="complete")
     """Which vehicles see each other, if they are in range and in view, as a mapping with its ``kind``, or the
     kind alone."""
     start: StartConfig
@@ -73,7 +73,7 @@ class ScenarioConfig(Schema):
     """How the motion of the vehicles is simulated."""
     lockstep: LockstepConfig
     """How nodes wait for each other."""
-    pacing: PacingConfig = LOCKSTEP
+    pacing: Annotated[PacingConfig, Field(examples=["real_time"])] = LOCKSTEP
     """When a control step begins, as a mapping with its ``kind``, or the kind alone."""
 
     @property

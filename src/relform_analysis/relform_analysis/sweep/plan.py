@@ -5,9 +5,9 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, JsonValue, ValidationError
+from pydantic import ConfigDict, Field, JsonValue, ValidationError
 
 from relform_analysis.sweep.grid import grid_variants
 from relform_analysis.sweep.software import flight_software
@@ -20,11 +20,26 @@ from relform_core.schema import Schema
 from relform_core.yaml_files import read_mapping
 
 
+def _one_of_both(schema: dict[str, Any]) -> None:
+    """State in the JSON Schema that a file has either variants or a grid."""
+    schema["oneOf"] = [
+        {"required": ["variants"], "properties": {"variants": {"type": "array"}}},
+        {"required": ["grid"], "properties": {"grid": {"type": "object"}}},
+    ]
+
+
 class VariantFile(Schema):
     """Content of a file of variants: either their list, or a grid over parameters."""
 
+    model_config = ConfigDict(json_schema_extra=_one_of_both)
+
     variants: Annotated[tuple[Variant, ...], Field(min_length=1)] | None = None
-    grid: Annotated[dict[str, tuple[JsonValue, ...]], Field(min_length=1)] | None = None
+    """The variants one by one; null together with ``grid``."""
+    grid: Annotated[
+        Annotated[dict[str, tuple[JsonValue, ...]], Field(min_length=1)] | None,
+        Field(examples=[{"controller.weights.torque_per_n2_m2": [5, 10, 20]}]),
+    ] = None
+    """Values of each key ``some.key``; every combination is a variant. null together with ``variants``."""
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,17 @@ NAME_LENGTH = 64
 class Variant(Schema):
     """A scenario with some keys changed."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=NAME_LENGTH)]
-    title: Label
-    scenario: str | None = None
-    """Path or plain name of another scenario; None: that of the sweep."""
-    set: tuple[str, ...]
-    """Overrides ``some.key=value``, as on the command line."""
+    name: Annotated[
+        str,
+        Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=NAME_LENGTH, examples=["one_step"]),
+    ]
+    """Name of the variant, unique in the file: letters, digits and ``_.-``."""
+    title: Annotated[Label, Field(examples=["one SQP step"])]
+    """What it is, for people to read."""
+    scenario: Annotated[str | None, Field(examples=["five"])] = None
+    """Path or plain name of another scenario; null: that of the sweep."""
+    set: Annotated[tuple[str, ...], Field(examples=[["controller.solver.sqp_steps_max=1"]])]
+    """Changes ``some.key=value`` as of ``--set``; ``[]``: none. Paths are relative to the file."""
 
     @property
     def parameters(self) -> Mapping[str, JsonValue]:
