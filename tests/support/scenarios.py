@@ -23,6 +23,12 @@ NOISE_FREE = (
 )
 """Overrides: perfect sensors and nominal vehicles."""
 
+BRIEF_HOVER = (
+    "phases=[{name: P, title: hover, duration_s: 0.5, steady_from_s: 0.2, formation: initial, "
+    "motion: {kind: hover, ramp_s: 0.0}}]"
+)
+"""Override: the flight is a hover of half a second."""
+
 WITH_BAROMETER = (
     "sensors.barometer={pressure_std_pa: 6, bias_std_pa: 50, drift_std_pa_s: 0.1, dropout_probability: 0}"
 )

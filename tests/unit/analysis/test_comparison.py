@@ -13,7 +13,7 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
 from relform_core.errors import FlightError
 from support.logs import perfect_builder, summary_of
-from support.scenarios import paper_scenario, team_of
+from support.scenarios import BRIEF_HOVER, paper_scenario, team_of
 
 PHASES = ["A"] * 20 + ["B"] * 60
 
@@ -129,19 +129,13 @@ def test_phases_of_other_names_are_named() -> None:
     assert "Phase B of one: not begun in every flight." in comparison.limits
 
 
-SHORT = (
-    "phases=[{name: P, title: hover, duration_s: 0.5, steady_from_s: 0.2, formation: initial, "
-    "motion: {kind: hover, ramp_s: 0.0}}]"
-)
-
-
 @pytest.fixture(scope="module")
 def three() -> ComparedFlight:
-    return flight("three", fly_in_process(paper_scenario(SHORT)))
+    return flight("three", fly_in_process(paper_scenario(BRIEF_HOVER)))
 
 
 def test_other_team_is_compared_by_common_vehicles(three: ComparedFlight) -> None:
-    five = flight("five", fly_in_process(paper_scenario(*team_of(5), SHORT)))
+    five = flight("five", fly_in_process(paper_scenario(*team_of(5), BRIEF_HOVER)))
     comparison = compare([five, three])
     names = comparison_json(comparison)["common"]
     assert names["vehicles"] == ["leader", "follower_1", "follower_2"]
@@ -161,7 +155,9 @@ def test_other_team_is_compared_by_common_vehicles(three: ComparedFlight) -> Non
 def test_followers_of_other_names_are_compared_by_place(three: ComparedFlight) -> None:
     places = "{left: [-1.0, -0.5, -0.5], right: [-1.0, 0.5, -0.5]}"
     formations = f"formations_m={{initial: {places}, wide: {places}}}"
-    other = flight("other", fly_in_process(paper_scenario("team.followers=[left, right]", formations, SHORT)))
+    other = flight(
+        "other", fly_in_process(paper_scenario("team.followers=[left, right]", formations, BRIEF_HOVER))
+    )
     comparison = compare([three, other])
     assert [len(part.pairs) for part in comparison.common.parts] == [3, 3]
     assert comparison.limits == (
@@ -171,14 +167,14 @@ def test_followers_of_other_names_are_compared_by_place(three: ComparedFlight) -
 
 def test_other_control_rate_and_path_are_named(three: ComparedFlight) -> None:
     faster = flight(
-        "faster", fly_in_process(paper_scenario(SHORT, "controller.period_s=0.025", "start.yaw_deg=9"))
+        "faster", fly_in_process(paper_scenario(BRIEF_HOVER, "controller.period_s=0.025", "start.yaw_deg=9"))
     )
     limits = compare([three, faster]).limits
     assert limits == (
         "The control periods are 25 ms and 50 ms: numbers of one control step, such as solver times, are of "
         "different steps.",
     )
-    moving = SHORT.replace("hover, ramp_s: 0.0", "straight, speed_m_s: 2.0, ramp_s: 0.2")
+    moving = BRIEF_HOVER.replace("hover, ramp_s: 0.0", "straight, speed_m_s: 2.0, ramp_s: 0.2")
     away = flight("away", fly_in_process(paper_scenario(moving)))
     (limit,) = compare([three, away]).limits
     assert limit.startswith("The leaders were asked to fly different paths: ")

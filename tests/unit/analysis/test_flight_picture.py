@@ -14,11 +14,12 @@ from matplotlib.image import imread
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_analysis.flight.metrics import flight_metrics
+from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.flight.tracking_errors import formation_errors, leader_errors, scored_pairs
 from relform_analysis.plots.flight_picture import HEIGHT_PX, WIDTH_PX, draw_flight, flight_figure
 from relform_core.errors import FlightError
 from support.logs import odometry, perfect_builder
-from support.scenarios import paper_scenario
+from support.scenarios import BRIEF_HOVER, paper_scenario
 
 PERIOD_NS = 50_000_000
 
@@ -44,9 +45,9 @@ def test_every_part_is_drawn_however_short_the_flight(tmp_path: Path, phases: li
     assert size_of(path) == (WIDTH_PX, HEIGHT_PX)
     assert inked(path, 0.0, 0.0, 0.6, 0.08) > 0.01  # title
     assert inked(path, 0.1, 0.1, 0.8, 0.5) > 0.001  # scene
-    for left, right in ((0.03, 0.5), (0.5, 0.97)):
-        for top, bottom in ((0.58, 0.75), (0.78, 0.95)):
-            assert inked(path, left, top, right, bottom) > 0.01
+    assert inked(path, 0.03, 0.5, 0.8, 0.7) > 0.01
+    for left, right in ((0.03, 0.33), (0.35, 0.66), (0.67, 0.99)):
+        assert inked(path, left, 0.75, right, 0.95) > 0.01
 
 
 def panels_of(log: FlightLog) -> dict[str, list[np.ndarray]]:
@@ -70,10 +71,10 @@ def test_plots_draw_the_flight() -> None:
     position_error, yaw_error = leader_errors(log)
     np.testing.assert_array_equal(panels["Leader: position error [m]"], [position_error])
     np.testing.assert_array_equal(panels["yaw error [deg]"], [np.degrees(yaw_error)])
-    speeds = panels["Rotor speed [rpm]: mean of each vehicle, range of all, limits"]
+    speeds = panels["Rotor speed [rpm], band: all rotors"]
     np.testing.assert_allclose(speeds, log.rotor_speeds.mean(axis=-1).T * 30.0 / np.pi)
     np.testing.assert_array_equal(panels["Solver: KKT value"], [log.solver["kkt"]])
-    np.testing.assert_allclose(panels["time per control step [ms]"], [np.full(30, 3.0)])
+    np.testing.assert_allclose(panels["time per step [ms]"], [np.full(30, 3.0)])
 
 
 def test_what_was_not_recorded_is_left_blank(tmp_path: Path) -> None:
@@ -82,9 +83,9 @@ def test_what_was_not_recorded_is_left_blank(tmp_path: Path) -> None:
     for values in log.solver.values():
         values[:] = np.nan
     blank = {
-        "Rotor speed [rpm]: mean of each vehicle, range of all, limits",
+        "Rotor speed [rpm], band: all rotors",
         "Solver: KKT value",
-        "time per control step [ms]",
+        "time per step [ms]",
     }
     panels = panels_of(log)
     assert blank <= panels.keys()
@@ -94,7 +95,9 @@ def test_what_was_not_recorded_is_left_blank(tmp_path: Path) -> None:
 
 
 def test_texts_name_the_flight_its_phases_and_key_figures() -> None:
-    log = perfect_builder(paper_scenario(seed=7), ["A"] * 20 + ["B"] * 10).build()
+    steps = {"A": 20, "B": 100, "C": 100, "D": 80, "E": 240}
+    phases = [name for name, number in steps.items() for _ in range(number)]
+    log = perfect_builder(paper_scenario(seed=7), phases).build()
     figure = flight_figure(log, flight_metrics(log))
     texts = " ".join(text.get_text() for text in figure.texts)
     assert "3 vehicles, seed 7" in texts
@@ -107,6 +110,30 @@ def test_texts_name_the_flight_its_phases_and_key_figures() -> None:
     }
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == [*log.vehicles, "leader's reference"]
+
+
+def test_legends_are_off_the_curves_however_large_the_team() -> None:
+    sixteen = ("team.followers=15", "formations_m={initial: {kind: grid, spacing_m: 1.2}}", "controller=team")
+    for overrides in ((), sixteen):
+        log = fly_in_process(paper_scenario(*overrides, BRIEF_HOVER))
+        figure = flight_figure(log, flight_metrics(log))
+        figure.canvas.draw()
+        whole = figure.bbox
+        _, formation, *others = figure.axes
+        legend = formation.get_legend().get_window_extent()
+        assert whole.x0 <= legend.x0
+        assert legend.x1 <= whole.x1
+        assert not any(legend.overlaps(axes.bbox) for axes in (formation, *others))
+
+
+def test_flight_that_ended_early_says_so_and_gives_no_steady_error() -> None:
+    builder = perfect_builder(paper_scenario(), ["A"] * 20 + ["B"] * 10)
+    builder.add_fault(1_500_000_000, "follower_2", "touched the ground")
+    log = builder.build()
+    texts = [text.get_text() for text in flight_figure(log, flight_metrics(log)).texts]
+    assert "ended at 1.5 s:" in texts
+    assert any("follower_2: touched the ground" in text for text in texts)
+    assert not any("steady" in text for text in texts)
 
 
 def test_flight_without_control_steps_has_no_picture(tmp_path: Path) -> None:

@@ -6,18 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.phases import flown_phases
+from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.plots import over_time as paper_plot
 from relform_analysis.plots import paper_figures
 from relform_analysis.plots.flight_picture import draw_flight
 from relform_analysis.plots.over_time import draw_over_time, over_runs
 from relform_analysis.plots.panels import flight_panels
-from relform_analysis.plots.paper_figures import draw_paper_figures
+from relform_analysis.plots.paper_figures import draw_paper_figures, pair_by_pair
 from relform_core.errors import RelformError
 from support.logs import perfect_builder
-from support.scenarios import paper_scenario
+from support.scenarios import BRIEF_HOVER, paper_scenario, team_of
 
 
 @pytest.fixture(autouse=True)
@@ -73,12 +75,48 @@ def test_lines_of_a_figure_are_those_of_the_panels() -> None:
     for name, panels in flight_panels(log).items():
         for axes, panel in zip(draw_over_time([panels], log).axes, panels, strict=True):
             assert panel.title in (axes.get_title(loc="center"), axes.get_title(loc="right")), name
-            drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
-            for line in panel.lines:
+            told = [text.get_text() for text in axes.get_legend().get_texts()] if axes.get_legend() else []
+            for number, line in enumerate(panel.lines):
                 np.testing.assert_allclose(
-                    drawn[line.name], line.values, err_msg=f"{panel.title}, {line.name}"
+                    drawn_lines(axes)[number], line.values, err_msg=f"{panel.title}, {line.name}"
                 )
-            assert {guide.label for guide in panel.guides} <= drawn.keys()
+                assert len(panel.lines) == 1 or line.name in told
+            assert {guide.label for guide in panel.guides} <= set(told)
+
+
+def drawn_lines(axes: Axes) -> list[np.ndarray]:
+    """Those over time, without levels and marks of phases."""
+    return [np.asarray(line.get_ydata()) for line in axes.lines if len(line.get_ydata()) > 2]
+
+
+def test_bands_and_shades_are_told_in_the_picture() -> None:
+    logs = [perfect_builder(paper_scenario(seed=seed), ["A"] * 20).build() for seed in (1, 2)]
+    formation, _, kkt, *_ = draw_over_time(
+        [[*flight_panels(log)["formation_errors"], *flight_panels(log)["solver"]] for log in logs], logs[0]
+    ).axes
+    told = [[text.get_text() for text in axes.get_legend().get_texts()] for axes in (formation, kkt)]
+    assert {"band: mean ± standard deviation", "steady state"} <= set(told[0])
+    assert "band: mean ± standard deviation of the logarithm" not in told[0]
+
+
+def test_a_large_error_is_named_where_it_leaves_the_plot() -> None:
+    log = perfect_builder(paper_scenario(), ["A"] * 20 + ["B"] * 40).build()
+    log.p_NB_N[:, 1] += [0.0, 0.0, 0.05]
+    log.p_NB_N[25, 1] += [0.0, 0.0, 0.85]
+    (axes,) = draw_over_time([flight_panels(log)["formation_errors"]], log).axes
+    assert axes.get_ylim() == pytest.approx((0.0, 1.5 * 0.05))
+    assert [text.get_text() for text in axes.texts if "▲" in text.get_text()] == ["▲ 0.9"]
+    assert len(axes.get_yticks()[axes.get_yticks() <= axes.get_ylim()[1]]) >= 4
+
+
+def test_many_pairs_share_one_plot() -> None:
+    log = fly_in_process(paper_scenario(*team_of(5), BRIEF_HOVER))
+    (panel,) = pair_by_pair(flight_panels(log))["formation_errors"]
+    assert len(panel.lines) == 7
+    figure = draw_over_time([[panel]], log)
+    figure.canvas.draw()
+    (axes,) = figure.axes
+    assert not axes.get_legend().get_window_extent().overlaps(axes.bbox)
 
 
 def test_same_flight_same_file(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ LABELS, COUNTS = 0.36, 0.41
 """Right ends of the titles and of the counts, as parts of the width."""
 NOTE = (
     "Mean (dot) and range (line) of the completed flights, errors in steady state; dashed: the whole "
-    "method.\nRed: flights were lost. Centres of vehicles that are 0.5 m apart count as a collision."
+    "method.\nOrange: flights were lost. Centres of vehicles that are 0.5 m apart count as a collision."
 )
 GROUPS = (WARM_STARTS, STRUCTURES[1:], TUNINGS[1:])
 """Perfect sensors are off all scales; the tables have them."""
@@ -65,7 +65,7 @@ def draw_ablation(variants: Sequence[Json]) -> Figure:
     for axes, column in zip(panels, COLUMNS, strict=True):
         _draw_column(axes, column, rows)
     _write_titles(figure, panels[0], rows)
-    figure.text(0.05 / WIDTH_IN, 0.05 / height, NOTE, color=TEXT, fontsize=7.0, va="bottom", linespacing=1.3)
+    figure.text(0.05 / WIDTH_IN, 0.05 / height, NOTE, color=TEXT, va="bottom", linespacing=1.3)
     return figure
 
 

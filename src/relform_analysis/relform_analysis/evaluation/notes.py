@@ -13,7 +13,7 @@ from relform_analysis.flight.summary import Json
 from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_core.team_config import TeamConfig
 
-LINE = 136
+LINE = 118
 """Characters that fit below a figure."""
 
 
@@ -32,7 +32,6 @@ def solver(variant: Json) -> str:
         "the objective peaks in the turn and at the formation change, and is much higher without the "
         f"modified RTI; small KKT values; {SQP_STEPS} SQP steps for the vast majority; always below the "
         "control period.",
-        "mean and standard deviation over the flights, of the logarithm where the scale is logarithmic. "
         f"{_number(variant, 'sqp_steps_median', 0)} SQP steps, with a KKT value of "
         f"{_number(variant, 'kkt_first_median', 0)} in the first and {_number(variant, 'kkt_median', 1)} in "
         f"the last, and {_number(variant, 'step_ms_median', 1)} ms for both (medians).",

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
+from relform_analysis.flight.metrics import steady_steps
 from relform_analysis.flight.phases import step_times
+from relform_analysis.plots.headings import Heading, draw_heading, heading_height_in
 from relform_analysis.plots.palette import Style, series_style
 from relform_analysis.plots.panels import Panel
-from relform_analysis.plots.phase_marks import name_phases, shade_phases
-from relform_analysis.plots.style import GUIDE, TEXT, line_style
+from relform_analysis.plots.phase_marks import name_peaks, name_phases, shade_phases
+from relform_analysis.plots.steady_scale import ROOM, TICKS, SteadyScale, steady_scale
+from relform_analysis.plots.style import BAND, GUIDE, TEXT, line_style
 from relform_core.arrays import Array
 from relform_core.errors import RelformError
 
@@ -22,17 +25,24 @@ if TYPE_CHECKING:  # matplotlib takes a second to import
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH_IN, ROW_IN = 7.0, 1.4
-"""Two columns of a paper, and the height of a plot with its title."""
-LEFT_IN, RIGHT_IN, TOP_IN, BOTTOM_IN, TITLE_IN = 0.6, 0.1, 0.4, 0.4, 0.25
-"""Margins of a figure, and between its plots."""
-NOTE_LINE_IN = 0.14
+WIDTH_IN = 7.0
+"""Two columns of a paper."""
+PLOT_IN, TALL_IN = 1.15, 2.6
+"""Height of a plot, and of one with many errors."""
+LEFT_IN, RIGHT_IN, TOP_IN, BOTTOM_IN = 0.6, 0.1, 0.05, 0.4
+"""Margins of a figure."""
+PHASES_IN = 0.16
+"""Height of the names of the phases, which are above the first plot."""
+GAP_IN = 0.1
+"""Between a plot and the heading of the next one."""
+NOTE_LINE_IN = 0.155
 DPI = 200
-PHASE_NAMES_PT = 11.0
 DENSE_LINES = 3
 """With more lines than this in one plot, the lines are thin."""
-ROOM = 1.05
-"""Height of a plot over its highest band; lines of other flights may leave the plot."""
+BAND_ALPHA = 0.25
+
+
+STEADY = "steady state"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,38 +68,75 @@ def draw_over_time(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    n_plots, note_in = len(runs[0]), NOTE_LINE_IN * len(note.splitlines())
-    height = ROW_IN * n_plots + TOP_IN + BOTTOM_IN + note_in
+    plots = [[run[index] for run in runs] for index in range(len(runs[0]))]
+    headings = list(_headings(plots, compared))
+    heights = [_plot_height_in(panels[0]) for panels in plots]
+    note_in = NOTE_LINE_IN * len(note.splitlines())
+    above = [heading_height_in(heading) + GAP_IN for heading in headings]
+    height = TOP_IN + PHASES_IN + sum(heights) + sum(above) + BOTTOM_IN + note_in
     figure = Figure(figsize=(WIDTH_IN, height), dpi=DPI)
     FigureCanvasAgg(figure)
-    figure.subplots_adjust(
-        left=LEFT_IN / WIDTH_IN,
-        right=1.0 - RIGHT_IN / WIDTH_IN,
-        bottom=(BOTTOM_IN + note_in) / height,
-        top=1.0 - TOP_IN / height,
-        hspace=TITLE_IN / (ROW_IN - TITLE_IN),
-    )
-    rows = figure.subplots(n_plots, 1, sharex=True, squeeze=False)[:, 0]
-    for index, axes in enumerate(rows):
-        panels = [run[index] for run in runs]
+    top, rows = height - TOP_IN, list[Any]()
+    for index, (panels, heading) in enumerate(zip(plots, headings, strict=True)):
+        top -= above[index] + heights[index] + (PHASES_IN if index == 0 else 0.0)
+        axes = figure.add_axes(
+            (
+                LEFT_IN / WIDTH_IN,
+                top / height,
+                1.0 - (LEFT_IN + RIGHT_IN) / WIDTH_IN,
+                heights[index] / height,
+            ),
+            sharex=rows[0] if rows else None,
+        )
+        rows.append(axes)
         shade_phases(axes, longest)
-        _draw_panel(axes, panels, step_times(longest))
+        scale = _draw_panel(axes, panels, longest)
         if compared is not None:
             others = [run[index].lines[0].values for run in compared.runs]
-            _draw_band(axes, others, step_times(longest), panels[0], series_style(1), 0.9, compared.name)
+            _draw_band(axes, others, step_times(longest), panels[0], series_style(1), 0.9)
         if panels[0].log_scale:
             _label_log_scale(axes)
-        known = {panels[0].lines[0].name} if len(panels[0].lines) == 1 else set()  # the title names it
-        if compared is not None:
-            known = {panels[0].lines[0].name, compared.name} if index else set()
-        _write_heading(axes, panels[0], known, above=PHASE_NAMES_PT if index == 0 else 0.0)
+        elif scale is not None:
+            name_peaks(axes, scale, step_times(longest))
+        draw_heading(axes, heading, heights[index], PHASES_IN if index == 0 else 0.0)
+        axes.tick_params(labelbottom=index == len(plots) - 1)
     name_phases(rows[0], longest)
     rows[-1].set_xlabel("time [s]")
     if note:
-        figure.text(
-            0.05 / WIDTH_IN, 0.05 / height, note, color=TEXT, fontsize=7.0, va="bottom", linespacing=1.3
-        )
+        figure.text(0.05 / WIDTH_IN, 0.05 / height, note, color=TEXT, va="bottom", linespacing=1.3)
     return figure
+
+
+def _plot_height_in(panel: Panel) -> float:
+    return TALL_IN if panel.is_error and len(panel.lines) > DENSE_LINES else PLOT_IN
+
+
+def _headings(plots: Sequence[Sequence[Panel]], compared: OtherFlights | None) -> Iterator[Heading]:
+    """Title and legend of each plot; what a legend has told is not told again."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    told = set[str]()
+    for panels in plots:
+        first, entries = panels[0], dict[str, Any]()
+        if len(first.lines) > 1 or compared is not None:  # else the title names the line
+            lines = [(line.name, line.style) for line in first.lines]
+            lines += [] if compared is None else [(compared.name, series_style(1))]
+            entries |= {name: Line2D([], [], **line_style(style)) for name, style in lines}
+            if compared is not None:  # the same lines in every plot
+                entries = {name: entry for name, entry in entries.items() if name not in told}
+        flights = max(len(panels), 0 if compared is None else len(compared.runs))
+        if flights > 1:
+            of_what = " of the logarithm" if first.log_scale else ""
+            band = f"band: mean ± standard deviation{of_what}"
+            entries |= {} if band in told else {band: Patch(color=TEXT, alpha=BAND_ALPHA, linewidth=0)}
+        entries |= {
+            guide.label: Line2D([], [], color=GUIDE, linestyle="--", linewidth=0.8) for guide in first.guides
+        }
+        if STEADY not in told:
+            entries[STEADY] = Patch(color=BAND, linewidth=0)
+        told |= entries.keys()
+        yield Heading(first.title, tuple(entries.values()), tuple(entries))
 
 
 def over_runs(series: Sequence[Array]) -> tuple[Array, Array]:
@@ -124,33 +171,37 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     return files
 
 
-def _draw_panel(axes: Axes, panels: Sequence[Panel], time: Array) -> None:
-    """One plot, given as that plot of every flight."""
-    first = panels[0]
+def _draw_panel(axes: Axes, panels: Sequence[Panel], longest: FlightLog) -> SteadyScale | None:
+    """One plot, given as that plot of every flight; of a linear scale how high it is."""
+    first, time = panels[0], step_times(longest)
     width = 0.5 if len(first.lines) > DENSE_LINES else 0.9
     highest = [
-        _draw_band(
-            axes, [panel.lines[i].values for panel in panels], time, first, line.style, width, line.name
-        )
+        _draw_band(axes, [panel.lines[i].values for panel in panels], time, first, line.style, width)
         for i, line in enumerate(first.lines)
     ]
-    for guide in first.guides:
-        for level in guide.values:
-            axes.axhline(level, color=GUIDE, linestyle="--", linewidth=0.8, label=guide.label)
-    if first.log_scale:
-        axes.set_yscale("log")
-    else:
-        levels = [level for guide in first.guides for level in guide.values]
-        top = max((value for value in (*highest, *levels) if np.isfinite(value)), default=0.0)
-        axes.set_ylim(0.0, ROOM * top or 1.0)
+    levels = [level for guide in first.guides for level in guide.values]
+    for level in levels:
+        axes.axhline(level, color=GUIDE, linestyle="--", linewidth=0.8)
     axes.set_ylabel(f"[{first.unit}]" if first.unit else "")
     axes.yaxis.set_label_coords(-0.06, 0.5)
+    if first.log_scale:
+        axes.set_yscale("log")
+        return None
+    values, level = np.stack(highest, axis=-1), max(levels, default=0.0)
+    steady = steady_steps(longest) if first.is_error else np.ones(len(time), dtype=np.bool_)
+    scale = steady_scale(values, steady[: len(values)], level)
+    if not first.is_error:
+        top = max(float(np.nanmax(values, initial=0.0)), level)
+        scale = SteadyScale(ROOM * top or 1.0, ())
+    axes.set_ylim(0.0, scale.top)
+    axes.locator_params(axis="y", nbins=5, min_n_ticks=TICKS)
+    return scale
 
 
 def _draw_band(
-    axes: Axes, series: Sequence[Array], time: Array, panel: Panel, style: Style, width: float, name: str
-) -> float:
-    """A line with a band about it; returns the highest value of both.
+    axes: Axes, series: Sequence[Array], time: Array, panel: Panel, style: Style, width: float
+) -> Array:
+    """A line with a band about it; returns the highest value of both at every step.
 
     On a logarithmic scale these are mean and deviation of the logarithm.
     """
@@ -163,33 +214,9 @@ def _draw_band(
         low, high = middle - deviation, middle + deviation
     drawn = line_style(style)
     if len(series) > 1:
-        axes.fill_between(time[: len(low)], low, high, color=drawn["color"], alpha=0.25, linewidth=0)
-    axes.plot(time[: len(middle)], middle, **drawn, linewidth=width, label=name)
-    highest = np.fmax(middle, high)
-    finite = highest[np.isfinite(highest)]
-    return float(finite.max()) if finite.size else np.nan
-
-
-def _write_heading(axes: Axes, panel: Panel, known: Set[str], above: float) -> None:
-    """Title of a plot, and legend without the ``known`` labels, ``above`` points higher than usual."""
-    axes.set_title(panel.title, color=TEXT, pad=3.0 + above)
-    handles = {
-        label: handle
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-        if label not in known
-    }
-    if handles:
-        bottom = 1.0 + above / 72.0 / (ROW_IN - TITLE_IN)
-        axes.legend(
-            handles.values(),
-            handles.keys(),
-            loc="lower left",
-            bbox_to_anchor=(0.0, bottom),
-            ncols=len(handles),
-            borderaxespad=0.0,
-            borderpad=0.2,
-            columnspacing=1.2,
-        )
+        axes.fill_between(time[: len(low)], low, high, color=drawn["color"], alpha=BAND_ALPHA, linewidth=0)
+    axes.plot(time[: len(middle)], middle, **drawn, linewidth=width)
+    return np.fmax(middle, high)
 
 
 def _label_log_scale(axes: Axes) -> None:

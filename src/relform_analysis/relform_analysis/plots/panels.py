@@ -52,6 +52,8 @@ class Panel:
     log_scale: bool = False
     steps: bool = False
     """Values hold for the whole step, instead of at its instant."""
+    is_error: bool = False
+    """Values are errors, never negative: a few large ones must not flatten the others."""
 
 
 def pair_label(observer: str, target: str) -> str:
@@ -85,7 +87,7 @@ def _formation(log: FlightLog) -> list[Panel]:
         )
     ]
     claim = Guide(f"paper < {FORMATION_STEADY_MEAN_M} m", (FORMATION_STEADY_MEAN_M,))
-    return [Panel("Formation error", "m", 3, lines, [claim])]
+    return [Panel("Formation error", "m", 3, lines, [claim], is_error=True)]
 
 
 def _tracking(log: FlightLog) -> list[Panel]:
@@ -96,9 +98,9 @@ def _tracking(log: FlightLog) -> list[Panel]:
         for follower, error in zip(log.followers, np.degrees(follower_yaw_errors(log)).T, strict=True)
     ]
     return [
-        Panel("Leader position error", "m", 3, [Line("position", leader, position_error)]),
-        Panel("Leader yaw error", "deg", 1, [Line("yaw", leader, np.degrees(yaw_error))]),
-        Panel("Yaw of the followers relative to the leader", "deg", 1, followers),
+        Panel("Leader position error", "m", 3, [Line("position", leader, position_error)], is_error=True),
+        Panel("Leader yaw error", "deg", 1, [Line("yaw", leader, np.degrees(yaw_error))], is_error=True),
+        Panel("Yaw of the followers relative to the leader", "deg", 1, followers, is_error=True),
     ]
 
 

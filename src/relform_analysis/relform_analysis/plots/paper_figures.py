@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,16 +12,22 @@ import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.phases import flown_phases
+from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_analysis.plots.flight_picture import FORMATION_EVERY_S
 from relform_analysis.plots.over_time import DPI, NOTE_LINE_IN, WIDTH_IN, draw_over_time, save
+from relform_analysis.plots.palette import vehicle_style
 from relform_analysis.plots.panels import Panel, flight_panels
-from relform_analysis.plots.style import GUIDE, PAPER_STYLE, TEXT, VEHICLE_COLOURS, cycled
+from relform_analysis.plots.style import GUIDE, PAPER_STYLE, TEXT, line_style
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TRAJECTORIES = "trajectories_3d"
+PAIRS_APART = 3
+"""More pairs than those of the paper's team share one plot."""
+LEGEND_COLUMNS = 5
+LEGEND_LINE_IN = 0.18
 SCENE_IN, SCENE_LIFT_IN = 3.8, 0.2
 """Height of the 3D scene, and lift of its middle, which makes room for the labels below."""
 
@@ -50,8 +56,10 @@ def draw_paper_figures(logs: Sequence[FlightLog], folder: Path) -> list[Path]:
 
 
 def pair_by_pair(figures: dict[str, list[Panel]]) -> dict[str, list[Panel]]:
-    """The plots of a flight with one for each pair, as in the paper."""
+    """The plots of a flight with one for each pair, as in the paper; many pairs share one plot."""
     (formation,) = figures["formation_errors"]
+    if len(formation.lines) > PAIRS_APART:
+        return figures
     pairs = [
         replace(formation, title=f"Formation error, {line.name}", lines=[line]) for line in formation.lines
     ]
@@ -64,8 +72,10 @@ def draw_trajectories(logs: Sequence[FlightLog], note: str = "") -> Figure:
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
+    first = logs[0]
     note_in = NOTE_LINE_IN * len(note.splitlines())
-    height = SCENE_IN + note_in
+    legend_in = LEGEND_LINE_IN * ceil((len(first.vehicles) + 1) / LEGEND_COLUMNS)
+    height = SCENE_IN + note_in + legend_in
     figure = Figure(figsize=(WIDTH_IN, height), dpi=DPI)
     FigureCanvasAgg(figure)
     axes: Any = figure.add_axes(
@@ -73,14 +83,16 @@ def draw_trajectories(logs: Sequence[FlightLog], note: str = "") -> Figure:
         projection="3d",
         computed_zorder=False,
     )
-    first = logs[0]
     for run, log in enumerate(logs):
         for vehicle, name in enumerate(log.vehicles):
-            path = {"color": cycled(VEHICLE_COLOURS, vehicle), "linewidth": 1.0 if run == 0 else 0.3}
+            path = {**line_style(vehicle_style(vehicle)), "linewidth": 1.0 if run == 0 else 0.3}
             axes.plot(*log.p_NB_N[:, vehicle].T, **path, label=name if run == 0 else None)
     instants = np.arange(first.tick_ns[0], first.tick_ns[-1] + 1, FORMATION_EVERY_S * NANOSECONDS_PER_SECOND)
     shown = first.p_NB_N[np.searchsorted(first.tick_ns, instants)]
-    links = [pair for places in shown for pair in combinations(places, 2)]
+    scored = [
+        [first.vehicles.index(name) for name in pair] for pair in scored_pairs(first.scenario.config.team)
+    ]
+    links = [places[pair] for places in shown for pair in scored]
     axes.add_collection3d(Line3DCollection(links, colors=GUIDE, linewidths=0.4))
     reference = {"color": GUIDE, "linewidth": 0.9, "linestyle": (0, (4, 3))}
     axes.plot(*first.leader_p_NB_N__ref.T, **reference, label="leader's reference")
@@ -95,9 +107,9 @@ def draw_trajectories(logs: Sequence[FlightLog], note: str = "") -> Figure:
     limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
     axes.set_box_aspect(np.ptp(limits, axis=1), zoom=1.3)
     axes.view_init(elev=25.0, azim=-50.0)
-    figure.legend(*axes.get_legend_handles_labels(), loc="upper left")
+    figure.legend(
+        *axes.get_legend_handles_labels(), loc="upper left", ncols=LEGEND_COLUMNS, labelspacing=0.25
+    )
     if note:
-        figure.text(
-            0.05 / WIDTH_IN, 0.05 / height, note, color=TEXT, fontsize=7.0, va="bottom", linespacing=1.3
-        )
+        figure.text(0.05 / WIDTH_IN, 0.05 / height, note, color=TEXT, va="bottom", linespacing=1.3)
     return figure

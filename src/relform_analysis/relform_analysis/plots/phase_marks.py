@@ -1,4 +1,4 @@
-"""The phases of a flight in a plot over time."""
+"""The phases of a flight in a plot over time, and the errors that are too large for it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.phases import flown_phases
+from relform_analysis.plots.steady_scale import SteadyScale
 from relform_analysis.plots.style import BAND, GUIDE, TEXT
+from relform_core.arrays import Array
 
 if TYPE_CHECKING:  # matplotlib takes a second to import
     from matplotlib.axes import Axes
@@ -26,3 +28,17 @@ def name_phases(axes: Axes, log: FlightLog) -> None:
     above = axes.get_xaxis_transform()
     for phase in flown_phases(log):
         axes.text(phase.middle, 1.03, phase.name, transform=above, ha="center", color=TEXT, fontweight="bold")
+
+
+def name_peaks(axes: Axes, scale: SteadyScale, time: Array) -> None:
+    """Write how high the errors are where they leave a plot; ``time`` of the control steps, shape (K,)."""
+    for peak in scale.shown_peaks(time):
+        axes.annotate(
+            f"▲ {peak.value:.3g}",
+            (time[peak.step], scale.top),
+            xytext=(4.0, -1.0),
+            textcoords="offset points",
+            va="top",
+            color=TEXT,
+            bbox={"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+        )

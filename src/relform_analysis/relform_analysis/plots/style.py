@@ -13,7 +13,7 @@ TEXT, GUIDE, SHADOW, BAND = "#555555", "#8A8A8A", "#C8C8C8", "#E9E9E9"
 COMMON: dict[Any, Any] = {"axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False}
 SCREEN_STYLE: dict[Any, Any] = COMMON | {
     "font.size": 12.0,
-    "axes.titlesize": 13.0,
+    "axes.titlesize": 12.0,
     "axes.titlelocation": "left",
     "lines.linewidth": 1.4,
 }
@@ -22,7 +22,6 @@ PAPER_STYLE: dict[Any, Any] = COMMON | {
     "font.size": 8.0,
     "axes.titlesize": 8.0,
     "axes.titlelocation": "right",
-    "legend.fontsize": 7.0,
     "pdf.fonttype": 42,  # text stays text
 }
 """For ``matplotlib.rc_context``: figures for papers."""
