@@ -2,6 +2,8 @@
 
 import csv
 import json
+import subprocess
+import sys
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
@@ -12,6 +14,7 @@ import pytest
 from relform_analysis.report.sweep_page import write_sweep_report
 from relform_analysis.report.sweep_source import read_sweep
 from relform_analysis.sweep.statistics import aggregate
+from support.scenarios import PAPER
 
 from .conftest import Tab, settle
 
@@ -216,3 +219,28 @@ def test_curves_of_two_parameters(tab: Tab, grid_report: Path) -> None:
     )
     assert [x for x, _ in ends] == sorted(x for x, _ in ends)
     assert [y for _, y in ends] == sorted(y for _, y in ends)
+
+
+def test_picture_for_the_documentation(report: Path, tmp_path: Path) -> None:
+    """In a process of its own, because Playwright starts once in each."""
+    script = PAPER.parents[2] / "scripts/screenshot.py"
+    picture = tmp_path / "sweep.png"
+    command = [
+        sys.executable,
+        str(script),
+        str(report),
+        str(picture),
+        "--width",
+        "420",
+        "--height",
+        "300",
+        "--dark",
+    ]
+    subprocess.run(command, check=True)
+    header = picture.read_bytes()[:24]
+    assert header.startswith(b"\x89PNG\r\n\x1a\n")
+    assert (int.from_bytes(header[16:20]), int.from_bytes(header[20:24])) == (420, 300)
+    failed = subprocess.run([*command, "--press", "fly"], capture_output=True, text=True)
+    assert failed.returncode == 2
+    assert failed.stderr.startswith(f"error: {report}: no picture: ")
+    assert failed.stderr.count("\n") == 1

@@ -69,7 +69,7 @@ def test_dots_are_the_completed_flights(folder: Path) -> None:
     assert plain["mean"] == pytest.approx(0.056)
     # Student's t with 4 degrees of freedom: 2.776445; deviation 0.0031623 over the root of 5; log scale.
     factor = np.exp(2.776445 * 0.00316228 / 5**0.5 / 0.056)
-    np.testing.assert_allclose(plain["ci95"], [0.056 / factor, 0.056 * factor], rtol=1e-5)
+    np.testing.assert_allclose(plain["ci95"], [0.056 / factor, 0.056 * factor], rtol=1e-4)
     assert number["claim"] == 0.068
 
 
@@ -93,11 +93,12 @@ def test_table_is_sweep_json(folder: Path) -> None:
     page = Page(sweep_page(read_sweep(folder)))
     statistics = json.loads((folder / "sweep.json").read_text())["variants"][1]["metrics"]["steady_mean_m"]
     bold = page.data["numbers"]["steady_mean_m"]["variants"][1]
-    assert (bold["mean"], bold["ci95"]) == (statistics["mean"], statistics["ci95"])
+    assert [bold["mean"], *bold["ci95"]] == pytest.approx([statistics["mean"], *statistics["ci95"]], rel=1e-4)
     heading, plain_row, bold_row = page.tables["variants"]
     assert heading == ["variant", "completed", "Formation error, steady m"]
     assert plain_row == ["the plain one", "5/5", "0.056"]
-    assert bold_row == ["the bold onecontroller.horizon_steps=10", "4/5", "0.306"]
+    assert bold_row == ["the bold one", "4/5", "0.306"]
+    assert page.tables["changes"][1] == ["the bold one", "bold", "controller.horizon_steps=10"]
     # 0.306 m; the paper says < 0.068 m
     assert re.findall(r'class="missed">([^<]*)<', page.html) == ["4/5", "0.306"]
     assert (page.data["numbers"]["steady_mean_m"]["variants"][0]["holds"], bold["holds"]) == (True, False)

@@ -14,8 +14,8 @@ QUARTILES = (25.0, 50.0, 75.0)
 DIGITS_OF_OTHERS = 3
 BY_PHASE = "phases."
 """Prefix of the hundreds of numbers of single phases, which only sweep.json has."""
-SIGNIFICANT_DIGITS = 6
-"""Of the values of single flights, which are dots on the page."""
+SIGNIFICANT_DIGITS = 5
+"""Of the values on a page."""
 
 
 def known_numbers(variants: Sequence[Json]) -> tuple[list[ComparedNumber], list[ComparedNumber]]:
@@ -119,15 +119,21 @@ def _distribution(
     ]
     if not values or not statistics or statistics["mean"] is None:
         return None
-    interval = statistics["ci95"]
+    quartiles = np.percentile([value for _, value in values], QUARTILES)
     return {
         "seeds": [seed for seed, _ in values],
-        "values": [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for _, value in values],
-        "quartiles": np.percentile([value for _, value in values], QUARTILES).tolist(),
-        **{name: number.factor * statistics[name] for name in ("mean", "min", "p95", "max")},
-        "ci95": [number.factor * bound for bound in interval] if interval else None,
+        "values": [_short(value) for _, value in values],
+        "quartiles": [_short(float(value)) for value in quartiles],
+        **{name: _short(number.factor * statistics[name]) for name in ("mean", "min", "p95", "max")},
+        "ci95": [_short(number.factor * bound) for bound in statistics["ci95"]]
+        if statistics["ci95"]
+        else None,
         "holds": number.holds(statistics["mean"]),
     }
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{SIGNIFICANT_DIGITS}g}")
 
 
 def _is_known(key: str, variants: Sequence[Json]) -> bool:

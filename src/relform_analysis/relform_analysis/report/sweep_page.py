@@ -24,8 +24,12 @@ SCRIPTS = (
     "grid.js",
     "sweep.js",
 )
-FEW = 8
+FEW = 4
 """Up to so many variants the page shows all numbers below each other; of more, or a grid, one at a time."""
+
+
+VALUES_MAX = 2500
+"""Means on a page at most; of more, those that are not beside the paper's are in sweep.json only."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,8 @@ def sweep_page(sweep: Sweep) -> str:
     """The report of a sweep, HTML."""
     variants = sweep.report["variants"]
     compared, others = known_numbers(variants)
+    if len(variants) * len([*compared, *others]) > VALUES_MAX:
+        others = []
     headline = [number for number in compared if number.key in LABELS]
     constant = [number for number in compared if is_constant(number, variants)]
     parameters = grid_axes(variants)["parameters"]

@@ -29,13 +29,18 @@ function digitsOf(values, usual) {
   return smallest < Infinity ? clamp(1 - Math.floor(Math.log10(smallest)), usual, usual + 2) : usual;
 }
 
+/** Black or white text, whichever has more contrast; by the relative luminance of WCAG. */
+function readableOn(colour) {
+  const linear = colour.match(/\d+/g).slice(0, 3).map((channel) => (channel / 255) ** 2.2);
+  return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] > 0.18 ? "#111" : "#fff";
+}
+
 function drawCell(cell, variant, data, digits, part) {
   if (variant < 0) return;
   const { runs, completed } = page.variants[variant], distribution = data.variants[variant];
   if (distribution) {
-    const depth = part(distribution.mean);
-    cell.style.background = mix(theme.colour("heat-low"), theme.colour("heat-high"), depth);
-    cell.style.color = theme.colour(depth > 0.5 ? "heat-on-high" : "ink");
+    cell.style.background = mix(theme.colour("heat-low"), theme.colour("heat-high"), part(distribution.mean));
+    cell.style.color = readableOn(cell.style.background);
     cell.textContent = distribution.mean.toFixed(digits);
   } else {
     cell.className = "empty";

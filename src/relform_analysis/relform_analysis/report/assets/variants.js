@@ -29,9 +29,10 @@ class VariantTable {
     const scale = new Scale(known.map(({ mean }) => mean), { near: data.claim, bounds: known.flatMap(({ ci95 }) => ci95 ?? []) });
     const x = (value) => SMALL.pad + scale.part(value) * (SMALL.width - 2 * SMALL.pad);
     const axis = make(heading, "svg", { width: SMALL.width, height: 14 });
-    const ticks = scale.ticks(2), shown = [ticks[0], ticks.at(-1)];
-    const anchors = [x(shown[0]) > 28 ? "end" : "start", x(shown[1]) < SMALL.width - 28 ? "start" : "end"];
-    shown.forEach((tick, index) => make(axis, "text", { x: x(tick), y: 11, "text-anchor": anchors[index] }, tickText(tick)));
+    const ticks = scale.ticks(4), shown = [ticks[0], ticks.at(-1)], texts = shown.map(tickText);
+    // Away from each other, where there is room on that side.
+    const anchors = [x(shown[0]) > 6 * texts[0].length ? "end" : "start", SMALL.width - x(shown[1]) > 6 * texts[1].length ? "start" : "end"];
+    shown.forEach((tick, index) => make(axis, "text", { x: x(tick), y: 11, "text-anchor": anchors[index] }, texts[index]));
     for (const row of this.body.rows) {
       const svg = make(row.cells[heading.cellIndex], "svg", { width: SMALL.width, height: SMALL.height });
       for (const tick of shown) make(svg, "line", { class: "grid", x1: x(tick), x2: x(tick), y1: 0, y2: SMALL.height });
