@@ -24,12 +24,12 @@ live: setup ## fly by hand in a browser, from the ground (PORT=8090, and what ma
 		--scenario $(SCENARIO) --set controller=$(CONTROLLER) --idle $(if $(SEED),--seed $(SEED)) $(ARGS)
 
 .PHONY: test
-test: setup ## run all tests, those without ROS on all cores (some: ARGS="tests/unit -k yaw")
+test: setup ## run all tests, those with ROS two at a time (some: ARGS="tests/unit -k yaw")
 ifdef ARGS
 	@$(PYTHON_IN_VENV) -m pytest $(ARGS)
 else
 	@$(PYTHON_IN_VENV) -m pytest -n auto --dist loadfile --ignore tests/ros --ignore tests/browser
-	@$(PYTHON_IN_VENV) -m pytest tests/ros tests/browser
+	@$(PYTHON_IN_VENV) -m pytest -n 2 --dist loadfile tests/ros tests/browser
 endif
 
 .PHONY: paper

@@ -91,7 +91,7 @@ class ChangedFlight:
             self.vee = self._call(observer, name="initial", assign=True)
             self._fly(observer, ticks, 9.0)
             self.exchanged = self._call(observer, formation=to_msgs(exchanged))
-            self.ends = {name: nodes.end(name) for name in nodes.processes}
+            self.ends = nodes.ends()
         self.log = read_flight_log(folder)
         self.recorded = read_recorded_flight(folder)
 

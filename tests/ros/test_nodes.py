@@ -134,8 +134,9 @@ def test_silent_node_is_named_in_time(name: str, tmp_path: Path, domain_id: int,
             assert re.search(r": /sim/clock has gone in step \d+ \(.* s\): the flight is over\n$", last_words)
     assert code == EXIT_SILENT
     full_name = "/formation/controller" if name == "controller" else vehicle_node(name)
-    assert errors.endswith(f" not finished within 1.5 s (lockstep.step_timeout_s): {full_name}\n")
-    assert errors.startswith("/sim/clock: step ")
+    last_line = errors.splitlines()[-1]
+    assert last_line.startswith("/sim/clock: step ")
+    assert last_line.endswith(f" not finished within 1.5 s (lockstep.step_timeout_s): {full_name}")
     assert took > 1.5
 
 
@@ -148,7 +149,7 @@ def test_signals_end_every_node(signum: int, tmp_path: Path, domain_id: int, obs
         observer.until(lambda: len(ticks) > 5)
         for process in nodes.processes.values():
             process.send_signal(signum)
-        ends = {name: nodes.end(name) for name in nodes.processes}
+        ends = nodes.ends()
     assert set(ends.values()) == {(EXIT_INTERRUPTED, "")}
 
 
@@ -260,8 +261,7 @@ def test_foreign_messages_change_nothing(tmp_path: Path, domain_id: int, observe
             truths.publish(Odometry())
             dones.publish(StepDone(step=step, node="/ufo/quadrotor"))
             dones.publish(StepDone(step=1, node="/leader/quadrotor"))
-        for name in nodes.processes:
-            assert (name, *nodes.end(name)) == (name, 0, "")
+        assert nodes.ends() == dict.fromkeys(nodes.processes, (0, ""))
     last_ns = (scenario.config.n_steps - 1) * scenario.config.period_ns
     observer.until(lambda: bool(commands) and stamp_from_msg(commands[-1].header.stamp) == last_ns)
 

@@ -44,7 +44,7 @@ class ChangedFlight:
             self.references = observer.collect(FormationReference, REFERENCE)
             with Nodes(self.scenario, folder, domain, observers=[RECORDER_NODE]) as nodes:
                 self._fly(observer, nodes, folder)
-                self.ends = {name: nodes.end(name) for name in nodes.processes}
+                self.ends = nodes.ends()
         self.recorded = read_recorded_flight(folder)
         self.events = recorded_events(folder)
 
@@ -278,7 +278,7 @@ def test_one_file_for_all_nodes_with_remapped_topics_and_an_unknown_parameter(
         assert ParameterClient(observer, FOLLOWER).get("tilt_max_deg", "failsafe.plan_max_s") == [80.0, 0.5]
         assert ParameterClient(observer, CONTROLLER_NODE).get(WEIGHT) == [11.0]
         nodes.start("clock", arguments=given)
-        ends = {name: nodes.end(name) for name in nodes.processes}
+        ends = nodes.ends()
         observer.until(lambda: bool(clocks) and bool(states))
     warning = "/formation/controller: warning: unknown parameter"
     assert ends.pop("controller") == (

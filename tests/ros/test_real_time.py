@@ -49,7 +49,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
         nodes.processes["controller"].send_signal(signal.SIGSTOP)
         time.sleep(STOP_S)
         nodes.processes["controller"].send_signal(signal.SIGCONT)
-        ends = {name: nodes.end(name) for name in nodes.processes}
+        ends = nodes.ends()
         took = time.monotonic() - began
     assert {code for code, _ in ends.values()} == {0}, ends
     return folder / "bag", took

@@ -95,7 +95,7 @@ class Flown:
             self.landed = pilot.ask("land")
             pilot.wait(TeamMode.LANDING)
             pilot.wait(TeamMode.IDLE)
-            self.ends = {name: nodes.end(name) for name in nodes.processes}
+            self.ends = nodes.ends()
             self.modes = [TeamMode(status.mode) for status in pilot.statuses]
         self.folder = folder
 

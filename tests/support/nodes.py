@@ -85,3 +85,13 @@ class Nodes:
         process = self.processes[name]
         _, errors = process.communicate(timeout=timeout_s)
         return process.returncode, errors
+
+    def ends(self) -> dict[str, tuple[int, str]]:
+        """As ``end``, of all nodes, without the lines of nodes that waited long for others."""
+        ends = {name: self.end(name) for name in self.processes}
+        return {name: (code, _without_waits(errors)) for name, (code, errors) in ends.items()}
+
+
+def _without_waits(errors: str) -> str:
+    lines = errors.splitlines(keepends=True)
+    return "".join(line for line in lines if ": still waiting for " not in line)
