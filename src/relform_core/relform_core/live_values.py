@@ -71,7 +71,7 @@ class LiveSection(Generic[S]):
     def __init__(self, schema: type[S], written: Mapping[str, Any], keys: Iterable[str]) -> None:
         self._schema = schema
         self._written = written
-        self.described: Mapping[str, LiveValue] = {key: _described(schema, key) for key in keys}
+        self.described: Mapping[str, LiveValue] = {key: describe(schema, key) for key in keys}
         try:
             self.config = schema.model_validate_json(to_json(written, inf_nan_mode="constants"))
         except ValidationError as error:
@@ -111,7 +111,8 @@ def _get(written: Mapping[str, Any], key: str) -> Any:
     return value
 
 
-def _described(schema: type[Schema], key: str) -> LiveValue:
+def describe(schema: type[Schema], key: str) -> LiveValue:
+    """Description and bounds of the value of a dotted key."""
     *parents, last = key.split(".")
     for parent in parents:
         section = _field(schema, parent).annotation

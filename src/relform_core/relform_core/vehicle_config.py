@@ -8,6 +8,8 @@ from pydantic import Field, model_validator
 from relform_core.schema import Label, NonNegative, NonNegativeVector3, Positive, PositiveVector3, Schema
 from relform_core.units import DEGREES, GRAVITY, PERCENT, RPM, rad_s_to_rpm
 
+Tilt = Annotated[float, Field(gt=0.0, le=180.0), DEGREES]
+
 
 class FailsafeConfig(Schema):
     """What a vehicle flies when no commands arrive."""
@@ -58,7 +60,7 @@ class VehicleConfig(Schema):
     """Two vehicles collide when their centres are closer than the sum of their radii."""
     leg_height: Annotated[Positive, Field(alias="leg_height_m")] = 0.1
     """Height of the body origin of a vehicle that stands on the ground, on legs below its rotors."""
-    tilt_max: Annotated[float, Field(alias="tilt_max_deg", gt=0.0, le=180.0, examples=[85.0]), DEGREES]
+    tilt_max: Annotated[Tilt, Field(alias="tilt_max_deg", examples=[85.0])]
     """A tilt beyond this is a fault, which ends the flight."""
     failsafe: FailsafeConfig
     """What the vehicle flies when no commands arrive."""

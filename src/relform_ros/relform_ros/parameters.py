@@ -11,7 +11,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from relform_core.errors import ConfigError
+from relform_core.live_values import describe
 from relform_core.load import LoadedScenario, load_scenario
+from relform_core.nodes_config import NodeParameters
 from relform_core.suggestions import did_you_mean
 
 T = TypeVar("T")
@@ -81,14 +83,21 @@ def read_only(
     return declare(node, name, default, descriptor)
 
 
+def read_described(node: Node, name: str, default: T) -> T:
+    """The same with the description and the bounds that ``NodeParameters`` has for the parameter."""
+    about = describe(NodeParameters, name)
+    return read_only(
+        node, name, default, about.description, (about.lowest, about.highest) if about.bounded else None
+    )
+
+
 def read_scenario(node: Node) -> LoadedScenario:
     """Load the scenario that the parameter ``scenario`` names.
 
     Raises:
         ConfigError: the parameter is not set, or the file is not usable.
     """
-    description = "Path or plain name of the scenario, usually the effective configuration in a run folder."
-    path = read_only(node, "scenario", "", description)
+    path = read_described(node, "scenario", "")
     if not path:
         raise ConfigError(
             "parameter scenario is not set: add --ros-args -p scenario:=<path of a scenario file>"
@@ -98,10 +107,7 @@ def read_scenario(node: Node) -> LoadedScenario:
 
 def read_observers(node: Node) -> tuple[str, ...]:
     """Names of the nodes that the parameter ``observers`` adds to the barrier."""
-    description = (
-        "Fully qualified names of the nodes that every step waits for, beside vehicles and controllers."
-    )
-    return tuple(name for name in read_only(node, "observers", [""], description) if name)
+    return tuple(name for name in read_described(node, "observers", [""]) if name)
 
 
 def warn_of_unknown(node: Node) -> None:

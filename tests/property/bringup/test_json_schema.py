@@ -16,9 +16,10 @@ from relform_core.yaml_files import parse_value, read_mapping
 from support.scenarios import CONFIG_FOLDER
 
 SCENARIOS = ("paper", "field", "view", "pillar", "waypoints", "eight_ring")
+LOADED = [kind for kind in FILE_KINDS if kind.name not in ("scenario", "nodes")]
 TREES = [
     *((FILE_KINDS[0], parse_value(load_scenario(name).effective_yaml)) for name in SCENARIOS),
-    *((kind, read_mapping(path)) for kind in FILE_KINDS[1:] for path in kind.files(CONFIG_FOLDER)),
+    *((kind, read_mapping(path)) for kind in LOADED for path in kind.files(CONFIG_FOLDER)),
 ]
 VALIDATORS = {kind.name: Draft202012Validator(kind.json_schema) for kind in FILE_KINDS}
 DELETED = object()

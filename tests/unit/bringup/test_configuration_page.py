@@ -1,5 +1,6 @@
 """docs/configuration.md and the JSON Schemas: up to date, complete, and true for every shipped file."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from pydantic_core import to_json
 from relform_bringup.configuration.command import generated
 from relform_bringup.configuration.examples import example_of, yaml_line
 from relform_bringup.configuration.file_kinds import FILE_KINDS, SCHEMA_FOLDER, FileKind
+from relform_core.config_files import installed_configs
 from relform_core.errors import ConfigError
 from relform_core.json_schema import JsonSchema, resolved
 from relform_core.load import load_scenario, load_scenario_text
@@ -62,7 +64,7 @@ def test_every_key_is_documented(kind: FileKind) -> None:
     for key, value in keys(kind):
         meaning = value.get("description") or resolved(root, value).get("description", "")
         assert meaning.endswith(".") or key == "kind", key
-    missing = [key for key, _ in keys(kind) if f"`{key}: " not in PAGE and f"{key}: " not in PAGE]
+    missing = [key for key, _ in keys(kind) if f"{key}:" not in PAGE]
     assert missing == []
 
 
@@ -153,6 +155,30 @@ def test_what_the_loader_refuses_before_it_validates(change: str, message: str) 
     assert any(message in each for each in found), found
     with pytest.raises(ConfigError):
         load_scenario_text(to_text(tree), "changed")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"start_timeout_s": 0.05}, "0.05 is less than the minimum of 0.1"),
+        ({"weights": {"formation_per_m2": 0.0}}, "0.0 is less than or equal to the minimum of 0"),
+        ({"weights": {"formation": 5.0}}, "'formation' was unexpected"),
+        ({"failsafe": None}, "None is not of type 'object'"),
+        ({"observers": "/recorder"}, "'/recorder' is not of type 'array'"),
+        ({"output": "runs/by_hand"}, None),  # of the recorder
+    ],
+)
+def test_parameters_of_nodes(parameters: dict[str, Any], message: str | None) -> None:
+    found = problems(KINDS["nodes"], {"/**": {"ros__parameters": parameters}})
+    assert len(found) == (0 if message is None else 1)
+    assert all(message is not None and message in each for each in found)
+
+
+def test_installed_files_find_their_schema() -> None:
+    path = installed_configs("scenario")["paper"]
+    _, _, named = path.read_text().partition("\n")[0].partition("$schema=")
+    installed = path.parent / named
+    assert json.loads(installed.read_text()) == KINDS["scenario"].json_schema
 
 
 def test_controller_of_an_older_recording_fulfils_the_schema() -> None:

@@ -1,13 +1,16 @@
 """The kinds of configuration files that users write."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+
+from pydantic import BaseModel
 
 from relform_analysis.sweep.plan import VariantFile
 from relform_core.controller_config import ControllerConfig
 from relform_core.json_schema import JsonSchema, json_schema
+from relform_core.nodes_config import NodesFile
 from relform_core.scenario_file import ScenarioFile
-from relform_core.schema import Schema
 from relform_core.sensors_config import SensorsConfig
 from relform_core.vehicle_config import VehicleConfig
 
@@ -25,17 +28,17 @@ class FileKind:
     """Heading on the page."""
     folder: str
     """Folder of the shipped files, in ``config/``."""
-    schema: type[Schema]
+    schema: type[BaseModel]
     intro: str
     """What such a file is for, and how it is used."""
     example: str
     """A shipped file, which the page shows."""
 
-    @property
+    @cached_property
     def json_schema(self) -> JsonSchema:
-        """Its JSON Schema."""
-        dialect = json_schema(self.schema)
-        return {"$schema": dialect.pop("$schema"), "title": f"relform: {self.title.lower()}", **dialect}
+        """Its JSON Schema; not to be changed."""
+        schema = json_schema(self.schema)
+        return {"$schema": schema.pop("$schema"), "title": f"relform: {self.title.lower()}", **schema}
 
     def files(self, config: Path) -> list[Path]:
         """The shipped files."""
@@ -44,7 +47,15 @@ class FileKind:
     @property
     def schema_line(self) -> str:
         """The first line of each shipped file, by which editors find its JSON Schema."""
-        return f"# yaml-language-server: $schema=../{SCHEMA_FOLDER}/{self.name}.json"
+        up = "../" if self.folder else ""
+        return f"# yaml-language-server: $schema={up}{SCHEMA_FOLDER}/{self.name}.json"
+
+    @property
+    def top(self) -> JsonSchema:
+        """The part of its JSON Schema whose keys the page lists first."""
+        root = self.json_schema
+        top: JsonSchema = root["$defs"]["NodeParameters"] if self.name == "nodes" else root
+        return top
 
 
 FILE_KINDS = (
@@ -92,5 +103,16 @@ FILE_KINDS = (
         "Variants of a scenario that `sweep.py --variants` flies: a list of them, or a grid over parameters "
         "([sweep.md](sweep.md)).",
         "rates",
+    ),
+    FileKind(
+        "nodes",
+        "Parameters of nodes",
+        "",
+        NodesFile,
+        "ROS parameters of the nodes of a flight that is started by hand, `--params-file config/nodes.yaml` "
+        "([nodes.md](nodes.md)). Sections are called by the full name of a node; `*` is one part of a name, "
+        "`**` any number. [topics.md](topics.md#parameters) lists the parameters of recorder and player, and "
+        "those that can be changed in flight.",
+        "nodes",
     ),
 )

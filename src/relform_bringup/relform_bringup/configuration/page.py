@@ -13,7 +13,7 @@ from relform_core.json_schema import JsonSchema, resolved
 
 _BEGIN = "<!-- scripts/configuration.py writes the rest -->"
 _WIDTH = 150
-_CELL_MAX = 58
+_CELL_MAX = 50
 """Longest line of YAML in a table; the example above the table has longer ones."""
 _EXAMPLE_MAX = 110
 """Longest line of YAML outside of tables."""
@@ -27,23 +27,27 @@ def page_text(before: str, config: Path) -> str:
         config: folder with the shipped files.
     """
     introduction = before.partition(_BEGIN)[0]
-    blocks = [block for kind in FILE_KINDS for block in _file(kind, config)]
+    headings: set[str] = set()
+    blocks = [block for kind in FILE_KINDS for block in _file(kind, config, headings)]
     return "\n\n".join([f"{introduction}{_BEGIN}", *filter(None, blocks)]) + "\n"
 
 
-def _file(kind: FileKind, config: Path) -> Iterator[str]:
+def _file(kind: FileKind, config: Path, headings: set[str]) -> Iterator[str]:
+    """The part on one kind of file, without sections that earlier parts have; ``headings`` gets its own."""
     root = kind.json_schema
-    path = f"config/{kind.folder}/{kind.example}.yaml"
+    path = "/".join(filter(None, ("config", kind.folder, f"{kind.example}.yaml")))
     schema = f"config/{SCHEMA_FOLDER}/{kind.name}.json"
-    shipped = ", ".join(f"`{file.stem}`" for file in kind.files(config))
+    shipped = ", ".join(f"[{file.stem}](../config/{file.relative_to(config)})" for file in kind.files(config))
     yield f"## {kind.title}"
     yield _filled(kind.intro)
-    yield _filled(f"In `config/{kind.folder}`: {shipped}. JSON Schema: [{schema}](../{schema}).")
+    yield _filled(f"In `{path.rpartition('/')[0]}`: {shipped}. JSON Schema: [{schema}](../{schema}).")
     yield _yaml((config.parent / path).read_text().strip())
-    found = sections(root)
-    yield _table(root, root, root["properties"], found)
+    found = sections(root, kind.top)
+    yield _table(root, kind.top, kind.top["properties"], found)
     for section in found:
-        yield from _section(root, section, found)
+        if section.heading not in headings:
+            headings.add(section.heading)
+            yield from _section(root, section, found)
 
 
 def _section(root: JsonSchema, section: Section, found: list[Section]) -> Iterator[str]:
@@ -136,6 +140,8 @@ def _default(node: JsonSchema, key: str, value: JsonSchema) -> str:
     options = [option["required"] for option in node.get("oneOf", ())]
     if others := [f"`{name}`" for option in options if key not in option for name in option]:
         return f"or {', '.join(others)}" if any(key in option for option in options) else "`null`"
+    if "default" not in value:
+        return "unchanged"  # the file changes some values of another one
     default: Any = value["default"]
     if isinstance(default, Mapping):
         return f"`{default['kind']}`" if default.keys() == {"kind"} else "those of its keys"

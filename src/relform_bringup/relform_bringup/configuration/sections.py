@@ -28,14 +28,19 @@ class Section:
         return "#" + re.sub(r"[^\w -]", "", self.heading.lower()).replace(" ", "-")
 
 
-def sections(root: JsonSchema) -> list[Section]:
-    """All sections of a file, each before those in it; one that several keys hold comes once."""
+def sections(root: JsonSchema, top: JsonSchema) -> list[Section]:
+    """All sections of a file, each before those in it; one that several keys hold comes once.
+
+    Args:
+        root: the schema of the file.
+        top: the part of it with the keys that come first.
+    """
     found: list[Section] = []
 
     def visit(node: JsonSchema, path: str) -> None:
         for key, value in node.get("properties", {}).items():
             members = members_of(root, value)
-            if not members or is_file(value):
+            if is_file(value) or not any("properties" in member for member in members):
                 continue
             where = f"{path}{key}"
             known = next((section for section in found if section.members == members), None)
@@ -46,7 +51,7 @@ def sections(root: JsonSchema) -> list[Section]:
             for member in members:
                 visit(member, f"{where}.")
 
-    visit(root, "")
+    visit(top, "")
     return found
 
 

@@ -16,6 +16,7 @@ from rosgraph_msgs.msg import Clock
 from relform_core.errors import FlightError
 from relform_core.exit_codes import NodeExit
 from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, step_done_topic, vehicle_node
+from relform_core.nodes_config import NodeParameters
 from relform_core.roster import Roster
 from relform_msgs.msg import StepDone
 from relform_ros.barrier import Barrier, SilentNodeError, VehicleFaultError
@@ -25,7 +26,7 @@ from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
 from relform_ros.flight_pacing import configuration_of
 from relform_ros.metronome import Metronome
-from relform_ros.parameters import read_observers, read_only, read_scenario
+from relform_ros.parameters import read_described, read_observers, read_scenario
 from relform_ros.run_node import run_node
 from relform_ros.spinner import Spinner, until, until_instant
 from relform_ros.step_done import done_from_msg
@@ -33,7 +34,6 @@ from relform_ros.topics import topic_table
 
 ANSWER_S = 1.0
 """How long a node may take to answer when the clock checks that it responds."""
-START_TIMEOUT = "Wall time that all members may take until they are ready [s]."
 EXIT_CODES = {SilentNodeError: NodeExit.SILENT_MEMBER, VehicleFaultError: NodeExit.MEMBER_FAULT}
 
 
@@ -62,7 +62,7 @@ class ClockServer:
             configuration=configuration_of(scenario, roster),
             n_steps=config.n_steps,
             period=config.controller.period,
-            start_timeout=read_only(node, "start_timeout_s", 60.0, START_TIMEOUT, (0.1, 3600.0)),
+            start_timeout=read_described(node, "start_timeout_s", NodeParameters().start_timeout),
             step_timeout=config.lockstep.step_timeout,
             now=time.monotonic,
         )
