@@ -45,7 +45,7 @@ PERFECT = DirectionConfig()
 
 
 class LinksConfig(Schema):
-    """Both directions, equal for all vehicles; events of the kind ``link`` change those of one vehicle."""
+    """Both directions, equal for all vehicles; events of the kind ``link`` add to those of one vehicle."""
 
     up: DirectionConfig = PERFECT
     """From the vehicles to the controller."""

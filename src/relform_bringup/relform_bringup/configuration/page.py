@@ -15,7 +15,7 @@ _BEGIN = "<!-- scripts/configuration.py writes the rest -->"
 _WIDTH = 150
 _CELL_MAX = 50
 """Longest line of YAML in a table; the example above the table has longer ones."""
-_EXAMPLE_MAX = 110
+_EXAMPLE_MAX = 86
 """Longest line of YAML outside of tables."""
 
 
