@@ -140,8 +140,8 @@ class ControllerConfig(Schema):
     relative_yaw_std_max: Annotated[
         float, Field(alias="relative_yaw_std_max_deg", gt=0.0, le=90.0, examples=[20.0]), DEGREES
     ]
-    """Above this standard deviation eq. YawEst5 counts as singular, and the yaw is propagated with the
-    gyros."""
+    """Above this standard deviation the relative yaw from sightings counts as singular (eq. YawEst5), and
+    is propagated with the gyros."""
     formation_change: FormationChangeConfig | None
     """Bounds within which a new formation is blended in, over the shortest time. null together with
     ``formation_ramp_s``."""
