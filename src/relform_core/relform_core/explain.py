@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from relform_core.json_schema import json_schema, keys_at
+from relform_core.json_schema import Validated, json_schema, keys_at
 from relform_core.suggestions import did_you_mean
 
 KeyPath = tuple[str, ...]
@@ -71,14 +71,14 @@ class Origins:
         return " with ".join([self.locate(key), *([", ".join(sorted(below))] if below else [])])
 
 
-def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins, schema: Any) -> str:
+def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins, schema: Validated) -> str:
     """One line for each problem that the validation found.
 
     Args:
         error: of the validation.
         tree: what was validated.
         origins: of its keys.
-        schema: type that it was validated by; its keys are suggested for misspelt ones.
+        schema: what it was validated by; its keys are suggested for misspelt ones.
     """
     problems = [details for details in error.errors() if not _is_consequence(details)]
     return "\n".join(_line(details, tree, origins, schema) for details in problems)
@@ -89,7 +89,7 @@ def _is_consequence(details: ErrorDetails) -> bool:
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
-def _line(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins, schema: Any) -> str:
+def _line(details: ErrorDetails, tree: Mapping[str, Any], origins: Origins, schema: Validated) -> str:
     key = _written_path(details["loc"], tree)
     if details["type"] in ("union_tag_invalid", "union_tag_not_found"):
         key = (*key, "kind")

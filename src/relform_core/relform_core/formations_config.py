@@ -85,7 +85,7 @@ def shape_from_text(text: str, origin: str) -> Shape:
     try:
         return _SHAPE.validate_python(written)
     except ValidationError as error:
-        raise ConfigError("; ".join(explain(error, written, Origins(origin), Shape).splitlines())) from None
+        raise ConfigError("; ".join(explain(error, written, Origins(origin), _SHAPE).splitlines())) from None
 
 
 def _places(shape: Shape, n_vehicles: int) -> Array:

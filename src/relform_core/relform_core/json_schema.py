@@ -1,14 +1,17 @@
 """JSON Schemas (draft 2020-12) of configuration files, from the schemas that check them on loading."""
 
+import functools
 from collections.abc import Sequence
 from typing import Any
 
-from pydantic import TypeAdapter
+from pydantic import BaseModel, TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from relform_core.units import unit_of
 
 JsonSchema = dict[str, Any]
+Validated = type[BaseModel] | TypeAdapter[Any]
+"""What pydantic validates by: a schema of a file, or an adapter of another type."""
 
 _VALUES = ("const", "default", "enum", "examples", "required")
 """Keywords that hold values of a file."""
@@ -26,13 +29,14 @@ class _Generator(GenerateJsonSchema):
         return False
 
 
-def json_schema(type_: Any) -> JsonSchema:
-    """The JSON Schema of what a file may hold, self-contained; keys that end in a unit have it as ``x-unit``.
+@functools.cache
+def json_schema(validated: Validated) -> JsonSchema:
+    """The JSON Schema of what a file may hold, self-contained; not to be changed.
 
-    Args:
-        type_: a schema of a file, or any other type that pydantic validates.
+    Keys that end in a unit have it as ``x-unit``.
     """
-    generated = TypeAdapter(type_).json_schema(schema_generator=_Generator)
+    adapter = validated if isinstance(validated, TypeAdapter) else TypeAdapter(validated)
+    generated = adapter.json_schema(schema_generator=_Generator)
     return {"$schema": _Generator.schema_dialect, **_tidy(generated)}
 
 

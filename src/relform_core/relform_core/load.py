@@ -7,7 +7,6 @@ is the same scenario with these files, the overrides
 and the seed written in; it is a scenario file too.
 """
 
-import functools
 import hashlib
 import os
 from collections.abc import Mapping, Sequence
@@ -24,7 +23,7 @@ from relform_core.config_files import find_config
 from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
 from relform_core.formation_change import FormationChanges
-from relform_core.json_schema import JsonSchema, json_schema, keys_at
+from relform_core.json_schema import json_schema, keys_at
 from relform_core.phase_files import phase_problem, read_phase_files
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.scenario_file import ScenarioFile
@@ -166,7 +165,7 @@ def _apply_override(tree: dict[str, Any], override: str, folder: Path, origins: 
     for depth, name in enumerate(parents):
         known: Sequence[str] = ()
         if isinstance(node, dict) and name not in node:
-            known = keys_at(_file_schema(), tree, parents[:depth])
+            known = keys_at(json_schema(ScenarioFile), tree, parents[:depth])
             if name in known:
                 node[name] = {}  # a section that the file leaves to its defaults
                 origins.overrides.add(tuple(parents[: depth + 1]))
@@ -178,11 +177,6 @@ def _apply_override(tree: dict[str, Any], override: str, folder: Path, origins: 
         node[last] = value  # a key that the schema does not know is reported by the validation
     else:
         raise ConfigError(f"--set {override}: '{'.'.join(parents)}' holds a value, not keys")
-
-
-@functools.cache
-def _file_schema() -> JsonSchema:
-    return json_schema(ScenarioFile)
 
 
 def _override_file(tree: dict[str, Any], section: str, reference: str, origins: Origins) -> None:

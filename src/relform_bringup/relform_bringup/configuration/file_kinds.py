@@ -38,7 +38,7 @@ class FileKind:
     def json_schema(self) -> JsonSchema:
         """Its JSON Schema; not to be changed."""
         schema = json_schema(self.schema)
-        return {"$schema": schema.pop("$schema"), "title": f"relform: {self.title.lower()}", **schema}
+        return {"$schema": schema["$schema"], "title": f"relform: {self.title.lower()}", **schema}
 
     def files(self, config: Path) -> list[Path]:
         """The shipped files."""
