@@ -67,5 +67,8 @@ class Page(HTMLParser):
 
 def unpack(packed: dict[str, Any]) -> npt.NDArray[np.float32]:
     """An array of a page's data."""
-    values = np.frombuffer(base64.b64decode(packed["float32"]), dtype="<f4")
-    return values.reshape(packed["shape"])
+    if "float32" in packed:
+        return np.frombuffer(base64.b64decode(packed["float32"]), dtype="<f4").reshape(packed["shape"])
+    steps = np.frombuffer(base64.b64decode(packed["int16"]), dtype="<i2").reshape(packed["shape"])
+    values = packed["middle"] + packed["step"] * steps
+    return np.where(steps == -32768, np.nan, values).astype(np.float32)

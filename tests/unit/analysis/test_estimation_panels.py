@@ -30,14 +30,14 @@ def test_errors_have_bands_of_two_standard_deviations(log: FlightLog) -> None:
     assert [line.name for line in pair.lines] == ["x", "y", "z"]
     for line, deviation in zip(pair.lines, (10.0, 20.0, 30.0), strict=True):
         np.testing.assert_allclose(line.values, 10.0)
-        np.testing.assert_allclose(line.band, 2.0 * deviation)
+        np.testing.assert_allclose(line.high, 2.0 * deviation)
     (yaw, *others) = panels["Estimate − truth: relative yaw, 2σ"].lines
     np.testing.assert_allclose(yaw.values, np.degrees(0.25))
-    np.testing.assert_allclose(yaw.band, np.degrees(0.1))
+    np.testing.assert_allclose(yaw.high, np.degrees(0.1))
     assert [line.name for line in others] == ["leader → follower_2", "follower_2 → follower_1"]
     x, _, z = panels["Estimate − truth: leader, 2σ"].lines
     np.testing.assert_allclose([x.values[0], z.values[0]], [20.0, -30.0])
-    np.testing.assert_allclose(x.band, 40.0)
+    np.testing.assert_allclose(x.high, 40.0)
     (leader_yaw,) = panels["Estimate − truth: yaw of leader, 2σ"].lines
     np.testing.assert_allclose(leader_yaw.values, np.degrees(-0.02))
 
@@ -63,8 +63,8 @@ def test_without_covariances_and_innovations_only_the_errors_are_drawn(log: Flig
         estimator={**log.estimator, "nis": np.full(5, np.nan)},
     )
     panels = by_title(raw)
-    assert all(line.band is None for line in panels["Estimate − truth: leader → follower_1"].lines)
-    assert panels["Estimate − truth: leader, 2σ"].lines[0].band is not None
+    assert all(line.high is None for line in panels["Estimate − truth: leader → follower_1"].lines)
+    assert panels["Estimate − truth: leader, 2σ"].lines[0].high is not None
     assert not any(title.startswith("NIS") for title in panels)
 
 
@@ -74,7 +74,8 @@ def test_flight_of_an_older_version_has_none_of_them(log: FlightLog) -> None:
 
 
 def test_page_holds_the_bands(log: FlightLog) -> None:
-    panels = {panel["title"]: panel for panel in flight_data(log)["panels"]}
+    sections = flight_data(log)["sections"]
+    panels = {panel["title"]: panel for section in sections for panel in section["panels"]}
     _, y, _ = panels["Estimate − truth: leader → follower_1, 2σ"]["lines"]
-    np.testing.assert_allclose(unpack(y["band"]), 40.0)
-    assert panels["Formation error"]["lines"][0]["band"] is None
+    np.testing.assert_allclose(unpack(y["high"]), 40.0)
+    assert panels["Formation error"]["lines"][0]["high"] is None

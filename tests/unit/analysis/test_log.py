@@ -87,7 +87,9 @@ def test_faults_and_changes_are_kept_in_words() -> None:
     log = builder.build()
     assert log.faults == (LogEntry(PERIOD_NS, "follower_1", "touches the ground"),)
     assert log.changes == (
-        LogEntry(2 * PERIOD_NS, "/formation/controller", "weights.formation_per_m2 = 12, weights.x = 0.25"),
+        LogEntry(
+            2 * PERIOD_NS, "/formation/controller", "set weights.formation_per_m2 = 12, weights.x = 0.25"
+        ),
         LogEntry(3 * PERIOD_NS, "/formation/controller", "formation: follower_1 at [-1, 0.5, -0.25] m"),
     )
 

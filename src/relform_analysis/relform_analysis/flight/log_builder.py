@@ -154,9 +154,9 @@ class FlightLogBuilder:
                 self.add_fault(event.stamp_ns, source, description)
             case ParametersSet(changes):
                 words = ", ".join(f"{key} = {value:g}" for key, value in changes.items())
-                self._changes.append(LogEntry(event.stamp_ns, source, words))
+                self._changes.append(LogEntry(event.stamp_ns, source, f"set {words}"))
             case RequestMade(request, _):
-                self._changes.append(LogEntry(event.stamp_ns, source, request.value))
+                self._changes.append(LogEntry(event.stamp_ns, source, f"request: {request.value}"))
             case FormationSet(formation):
                 self._changes.append(LogEntry(event.stamp_ns, source, _formation_in_words(formation)))
 

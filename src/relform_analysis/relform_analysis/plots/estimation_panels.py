@@ -19,11 +19,15 @@ from relform_core.names import EstimatorMode
 
 AXES = ("x", "y", "z")
 SIGMAS = 2.0
+PAIRS_IN_DETAIL = 7
+"""Up to this number each has a plot of x, y and z."""
 MODES = ", ".join(f"{mode.value} {mode.name.lower()}" for mode in EstimatorMode)
 
 
 def estimation_panels(log: FlightLog) -> list[Panel]:
     """Errors of pairs and leader with bands of two standard deviations, NIS, and rejected measurements.
+
+    With many pairs their position errors share one plot, without bands.
 
     Empty for a flight of an older version, which has no estimate of the leader.
     """
@@ -38,10 +42,7 @@ def estimation_panels(log: FlightLog) -> list[Panel]:
     ]
     leader_yaw = _angle("yaw", vehicle_style(log.leader), leader.errors[:, 3], leader.deviations[:, 3])
     return [
-        *(
-            _position(name, EstimationErrors(between.errors[:, index], between.covariances[:, index]))
-            for index, name in enumerate(names)
-        ),
+        *_positions(log, names, between),
         _errors("relative yaw", "deg", 2, yaws),
         _position(log.vehicles[log.leader], leader),
         _errors(f"yaw of {log.vehicles[log.leader]}", "deg", 2, [leader_yaw]),
@@ -63,6 +64,20 @@ def estimation_panels(log: FlightLog) -> list[Panel]:
     ]
 
 
+def _positions(log: FlightLog, names: Sequence[str], between: EstimationErrors) -> list[Panel]:
+    if len(names) <= PAIRS_IN_DETAIL:
+        return [
+            _position(name, EstimationErrors(between.errors[:, index], between.covariances[:, index]))
+            for index, name in enumerate(names)
+        ]
+    distances = 1e3 * np.linalg.norm(between.errors[..., :3], axis=-1)
+    lines = [
+        Line(name, style, distance)
+        for name, style, distance in zip(names, scored_pair_styles(log), distances.T, strict=True)
+    ]
+    return [Panel("Estimate − truth: distance of the positions", "mm", 1, lines)]
+
+
 def _position(name: str, estimate: EstimationErrors) -> Panel:
     millimetres, deviations = 1e3 * estimate.errors, 1e3 * estimate.deviations
     lines = [
@@ -73,7 +88,7 @@ def _position(name: str, estimate: EstimationErrors) -> Panel:
 
 
 def _errors(name: str, unit: str, digits: int, lines: Sequence[Line]) -> Panel:
-    bands = ", 2σ" if any(line.band is not None for line in lines) else ""
+    bands = ", 2σ" if any(line.high is not None for line in lines) else ""
     return Panel(f"Estimate − truth: {name}{bands}", unit, digits, lines)
 
 

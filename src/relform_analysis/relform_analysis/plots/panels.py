@@ -7,6 +7,7 @@ import numpy as np
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.paper_claims import FORMATION_STEADY_MEAN_M
+from relform_analysis.flight.paper_scenario import is_paper
 from relform_analysis.flight.tracking_errors import (
     follower_yaw_errors,
     formation_errors,
@@ -28,8 +29,10 @@ class Line:
     style: Style
     values: Array
     """Shape (K,)."""
-    band: Array | None = None
-    """Half of the height of a band around zero, in which the values should lie, shape (K,)."""
+    high: Array | None = None
+    """Upper bound of a band, shape (K,); None: there is no band."""
+    low: Array | None = None
+    """Its lower bound, shape (K,); None: the band is symmetric about zero."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,8 @@ class Panel:
     """Values hold for the whole step, instead of at its instant."""
     is_error: bool = False
     """Values are errors, never negative: a few large ones must not flatten the others."""
+    tall: bool = False
+    """Whether it is a main result, which gets more height."""
 
 
 def pair_label(observer: str, target: str) -> str:
@@ -86,8 +91,10 @@ def _formation(log: FlightLog) -> list[Panel]:
             pairs, scored_pair_styles(log), formation_errors(log, pairs).T, strict=True
         )
     ]
-    claim = Guide(f"paper < {FORMATION_STEADY_MEAN_M} m", (FORMATION_STEADY_MEAN_M,))
-    return [Panel("Formation error", "m", 3, lines, [claim], is_error=True)]
+    claims = []
+    if is_paper(log.scenario.config):
+        claims.append(Guide(f"paper < {FORMATION_STEADY_MEAN_M} m", (FORMATION_STEADY_MEAN_M,)))
+    return [Panel("Formation error", "m", 3, lines, claims, tall=True, is_error=True)]
 
 
 def _tracking(log: FlightLog) -> list[Panel]:
@@ -104,10 +111,25 @@ def _tracking(log: FlightLog) -> list[Panel]:
     ]
 
 
-def _rotors(log: FlightLog) -> list[Panel]:
-    speeds, vehicle = rad_s_to_rpm(1.0) * log.rotor_speeds, log.scenario.config.vehicle
+def rotor_summary(log: FlightLog) -> Panel:
+    """Of each vehicle the mean over its rotors, in a band from the slowest to the fastest."""
+    speeds = rad_s_to_rpm(1.0) * log.rotor_speeds
+    lines = [
+        Line(name, vehicle_style(index), each.mean(axis=-1), high=each.max(axis=-1), low=each.min(axis=-1))
+        for index, (name, each) in enumerate(zip(log.vehicles, np.moveaxis(speeds, 1, 0), strict=True))
+    ]
+    title = "Rotor speeds: mean of each vehicle, in the band of its four"
+    return Panel(title, "rpm", 0, lines, [_rotor_limits(log)])
+
+
+def _rotor_limits(log: FlightLog) -> Guide:
+    vehicle = log.scenario.config.vehicle
     low, high = rad_s_to_rpm(vehicle.rotor_speed_min), rad_s_to_rpm(vehicle.rotor_speed_max)
-    limits = Guide(f"limits {low:.0f} and {high:.0f} rpm", (low, high))
+    return Guide(f"limits {low:.0f} and {high:.0f} rpm", (low, high))
+
+
+def _rotors(log: FlightLog) -> list[Panel]:
+    speeds, limits = rad_s_to_rpm(1.0) * log.rotor_speeds, _rotor_limits(log)
     return [
         Panel(
             f"Rotor speeds, {name}",

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from relform_analysis.flight.summary import Json
+from relform_analysis.flight.summary import Json, Outcome
 
 STATISTICS = ("mean", "p95", "max")
 """As the keys of summary.json name them."""
@@ -24,28 +24,48 @@ class ErrorRows:
 
 def error_columns(summary: Json) -> list[str]:
     """Headings of the cells."""
-    return [*(phase["name"] for phase in summary["phases"]), "all", "steady"]
+    return [
+        *(phase["name"] for phase in summary["phases"]),
+        "all",
+        *(["steady"] if _is_steady(summary) else []),
+    ]
 
 
 def error_rows(summary: Json) -> list[ErrorRows]:
     """Every pair, the leader's position and yaw, and the followers' yaw."""
-    phases = summary["phases"]
+    phases, steady = summary["phases"], _is_steady(summary)
     pairs = [
-        _rows((f"{pair['observer']} ->", pair["target"]), [p["pairs"][index] for p in phases], pair, "", "m")
+        _rows(
+            (f"{pair['observer']} ->", pair["target"]),
+            [p["pairs"][index] for p in phases],
+            pair,
+            "",
+            "m",
+            steady,
+        )
         for index, pair in enumerate(summary["pairs"])
     ]
     return [
         *pairs,
-        _rows(("leader", "position"), phases, summary, "leader_", "m"),
-        _rows(("leader", "yaw"), phases, summary, "leader_yaw_", "deg"),
-        _rows(("followers", "yaw"), phases, summary, "follower_yaw_", "deg"),
+        _rows(("leader", "position"), phases, summary, "leader_", "m", steady),
+        _rows(("leader", "yaw"), phases, summary, "leader_yaw_", "deg", steady),
+        _rows(("followers", "yaw"), phases, summary, "follower_yaw_", "deg", steady),
     ]
 
 
-def _rows(words: tuple[str, str], phases: Sequence[Json], flight: Json, prefix: str, unit: str) -> ErrorRows:
+def _rows(
+    words: tuple[str, str], phases: Sequence[Json], flight: Json, prefix: str, unit: str, steady: bool
+) -> ErrorRows:
     cells = []
     for statistic in STATISTICS:
         values = [phase[f"{prefix}{statistic}_{unit}"] for phase in phases]
-        values += [flight[f"{prefix}{statistic}_{unit}"], flight[f"{prefix}steady_{statistic}_{unit}"]]
+        values.append(flight[f"{prefix}{statistic}_{unit}"])
+        if steady:
+            values.append(flight[f"{prefix}steady_{statistic}_{unit}"])
         cells.append(tuple(NONE if value is None else f"{value:.{DIGITS[unit]}f}" for value in values))
     return ErrorRows(words, unit, tuple(cells))
+
+
+def _is_steady(summary: Json) -> bool:
+    """Whether numbers of steady state mean anything: those of a flight that ended early do not."""
+    return bool(summary["outcome"] == Outcome.COMPLETED)

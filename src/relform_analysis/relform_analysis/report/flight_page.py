@@ -5,26 +5,29 @@ from pathlib import Path
 
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, FORMATION_STEADY_MEAN_M
+from relform_analysis.flight.paper_scenario import flown_title, is_paper
 from relform_analysis.flight.phases import flown_phases, step_times
 from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_analysis.plots.constraint_panels import constraint_panels
 from relform_analysis.plots.estimation_panels import estimation_panels
 from relform_analysis.plots.palette import vehicle_style
-from relform_analysis.plots.panels import Panel, flight_panels, pair_label
+from relform_analysis.plots.panels import Panel, flight_panels, pair_label, rotor_summary
+from relform_analysis.report.ending import end_reasons, ending_words, is_steady
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
 from relform_analysis.report.flight_source import unrecorded_topics
-from relform_analysis.report.interventions import interventions
-from relform_analysis.report.packing import pack
-from relform_analysis.report.page import render
+from relform_analysis.report.happenings import happenings
+from relform_analysis.report.packing import pack, pack_coarsely
+from relform_analysis.report.page import PLOT_SCRIPTS, render
+from relform_analysis.report.panel_data import panel_data
 from relform_analysis.report.real_time_rows import real_time_rows
-from relform_analysis.report.tiles import headline_tiles
+from relform_analysis.report.tiles import LABELS, headline_tiles
 from relform_core.atomic_file import write_atomically
 from relform_core.errors import FlightError
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 SCRIPTS = (
-    "base.js",
+    *PLOT_SCRIPTS,
     "playback.js",
     "camera.js",
     "brush.js",
@@ -33,7 +36,6 @@ SCRIPTS = (
     "overview.js",
     "scene.js",
     "grip.js",
-    "plots.js",
     "timeline.js",
     "flight.js",
 )
@@ -55,20 +57,34 @@ def write_flight_report(path: Path | str, log: FlightLog, summary: Json) -> None
 
 def flight_page(log: FlightLog, summary: Json) -> str:
     """The report of a flight, HTML; arguments as of ``write_flight_report``."""
+    completed, compared_to_paper = summary["outcome"] == Outcome.COMPLETED, is_paper(log.scenario.config)
+    shown = [row for row in COMPARED if completed or not is_steady(row.key)]
     return render(
         "flight.html",
         SCRIPTS,
         flight_data(log),
+        title=flown_title(log.scenario.config),
         summary=summary,
-        completed=summary["outcome"] == Outcome.COMPLETED,
-        reasons=_reasons(log, summary["reason"]),
+        completed=completed,
+        ending=None if completed else ending_words(log, summary),
+        reasons=end_reasons(log, summary["reason"]),
         unrecorded=unrecorded_topics(log),
-        tiles=headline_tiles(summary.get, _notes(summary)),
+        tiles=headline_tiles(
+            summary.get,
+            _notes(summary, compared_to_paper),
+            [key for key in LABELS if completed or not is_steady(key)],
+        ),
+        is_paper=compared_to_paper,
         compared=[
             *(
-                (row.label, row.text(summary[row.key]), row.paper, row.holds(summary[row.key]))
-                for row in COMPARED
-                if row.paper or summary[row.key] is not None
+                (
+                    row.label,
+                    row.text(summary[row.key]),
+                    row.paper,
+                    row.holds(summary[row.key]) if compared_to_paper else None,
+                )
+                for row in shown
+                if (row.paper and compared_to_paper) or summary[row.key] is not None
             ),
             *((label, text, "", None) for label, text in real_time_rows(summary)),
         ],
@@ -77,7 +93,7 @@ def flight_page(log: FlightLog, summary: Json) -> str:
         errors=error_rows(summary),
         statistics=STATISTICS,
         configuration=log.scenario.effective_yaml,
-        interventions=interventions(log),
+        happenings=happenings(log),
         changed=bool(log.changes),
     )
 
@@ -110,62 +126,46 @@ def flight_data(log: FlightLog) -> Json:
         ],
         "tick": pack(log.tick_ns / NANOSECONDS_PER_SECOND),
         "position": pack(log.p_NB_N),
-        "attitude": pack(log.q_NB),
+        "attitude": pack_coarsely(log.q_NB),
         "step": pack(step_times(log)),
         "reference": pack(log.leader_p_NB_N__ref),
-        "formation": pack(log.p_BB_C__ref[:, log.leader]),
-        "error": pack(formation_errors(log, pairs)),
-        "panels": [_panel(panel) for panel in _panels(log)],
-    }
-
-
-def _panels(log: FlightLog) -> list[Panel]:
-    """Errors, soft constraints, then the estimator, then rotors and solver."""
-    figures = flight_panels(log)
-    errors = [*figures.pop("formation_errors"), *figures.pop("tracking_errors"), *constraint_panels(log)]
-    return [*errors, *estimation_panels(log), *(panel for panels in figures.values() for panel in panels)]
-
-
-def _panel(panel: Panel) -> Json:
-    return {
-        "title": panel.title,
-        "unit": panel.unit,
-        "digits": panel.digits,
-        "log": panel.log_scale,
-        "steps": panel.steps,
-        "guides": [{"label": guide.label, "values": guide.values} for guide in panel.guides],
-        "lines": [
-            {
-                "name": line.name,
-                **asdict(line.style),
-                "values": pack(line.values),
-                "band": None if line.band is None else pack(line.band),
-            }
-            for line in panel.lines
+        "formation": pack_coarsely(log.p_BB_C__ref[:, log.leader]),
+        "error": pack_coarsely(formation_errors(log, pairs)),
+        "happenings": [{"start": each.start, "end": each.end, "kind": each.kind} for each in happenings(log)],
+        "sections": [
+            {"title": title, "closed": closed, "panels": [panel_data(panel) for panel in panels]}
+            for title, closed, panels in _sections(log)
+            if panels
         ],
     }
 
 
-def _reasons(log: FlightLog, reason: str | None) -> list[str]:
-    """Why a flight did not complete: the reason of its end, if no fault gives the same, and the faults."""
-    known = {fault.description for fault in log.faults}
-    faults = [
-        f"at {fault.stamp_ns / NANOSECONDS_PER_SECOND:.2f} s, {fault.description}" for fault in log.faults
+def _sections(log: FlightLog) -> list[tuple[str, bool, list[Panel]]]:
+    """Title, whether it is folded, and plots of each section of the page."""
+    figures = flight_panels(log)
+    return [
+        ("", False, [*figures["formation_errors"], *figures["tracking_errors"], *constraint_panels(log)]),
+        ("Rotors and solver", False, [rotor_summary(log), *figures["solver"]]),
+        ("Single rotors", True, figures["rotor_speeds"]),
+        ("Estimator", False, estimation_panels(log)),
     ]
-    return ([reason] if reason and reason not in known else []) + faults
 
 
-def _notes(summary: Json) -> dict[str, str]:
+def _notes(summary: Json, compared_to_paper: bool) -> dict[str, str]:
     compared = {row.key: row for row in COMPARED}
 
     def text(key: str) -> str:
         return compared[key].text(summary[key])
 
+    def paper(words: str, key: str) -> str:
+        return f"{words}; the paper {compared[key].paper}" if compared_to_paper else words
+
+    completed = summary["outcome"] == Outcome.COMPLETED
     return {
-        "steady_mean_m": f"mean; the paper {compared['steady_mean_m'].paper}",
-        "peak_m": f"in steady state {text('steady_max_m')}",
+        "steady_mean_m": paper("mean", "steady_mean_m"),
+        "peak_m": f"in steady state {text('steady_max_m')}" if completed else "of a pair",
         "leader_steady_mean_m": f"mean; in yaw {text('leader_yaw_steady_mean_deg')}",
         "separation_min_m": "between two centres",
-        "rotor_std_rpm": f"std. dev.; paper {compared['rotor_std_rpm'].paper}",
-        "step_ms_median": f"median; the paper {compared['step_ms_median'].paper}",
+        "rotor_std_rpm": paper("std. dev.", "rotor_std_rpm"),
+        "step_ms_median": paper("median", "step_ms_median"),
     }

@@ -22,8 +22,8 @@ def ending_from_log(log: FlightLog) -> Ending:
     config = log.scenario.config
     if log.faults:
         return Ending(Outcome.FAULT, log.faults[0].description, 0.0, log.flown)
-    # The last step counts, not their number: a flight that starts late has no first steps.
-    reached = int(log.step_ns[-1]) // config.period_ns + 1
+    # The last instant counts: a flight that starts late, or ends on the ground, has fewer steps.
+    reached = max(int(log.step_ns[-1]) // config.period_ns + 1, int(log.tick_ns[-1]) // config.period_ns)
     if reached < config.n_steps:
         reason = f"The recording ends after {reached} of {config.n_steps} control steps."
         return Ending(Outcome.INTERRUPTED, reason, 0.0, log.flown)

@@ -11,6 +11,10 @@ from relform_analysis.flight.summary import Json
 from relform_analysis.plots.palette import inks
 
 ASSETS = files(__package__) / "assets"
+UPLOT = "uplot"
+"""Folder of the library that draws plots, with its licence."""
+PLOT_SCRIPTS = ("base.js", "uplot/uPlot.iife.min.js", "plot_marks.js", "plot.js", "plot_group.js")
+"""What a page with plots runs first."""
 
 
 def render(
@@ -33,8 +37,8 @@ def render(
         lstrip_blocks=True,
     )
     return environment.get_template(template).render(
-        style="\n".join((*_ink_rules(), *map(_asset, ("style.css", *styles)))),
-        script="\n".join(_asset(name) for name in scripts),
+        style="\n".join((*_ink_rules(), *map(_asset, ("uplot/uPlot.min.css", "style.css", *styles)))),
+        script="\n".join(map(_script, scripts)),
         # Inside <script>, only "</" and "<!--" would end or change what follows.
         data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
         **content,
@@ -46,6 +50,12 @@ def _ink_rules() -> Iterator[str]:
     for ground, selector in (("light", ":root"), ("dark", ':root[data-theme="dark"]')):
         inks_on_ground = (f"--{name}: {getattr(ink, ground)};" for name, ink in inks().items())
         yield f"{selector} {{ {' '.join(inks_on_ground)} }}"
+
+
+def _script(name: str) -> str:
+    """A script; that of others begins with its licence."""
+    licence = f"/*\n{_asset(f'{UPLOT}/LICENSE')}*/\n" if name.startswith(UPLOT) else ""
+    return licence + _asset(name)
 
 
 def _asset(name: str) -> str:

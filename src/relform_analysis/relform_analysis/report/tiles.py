@@ -1,6 +1,6 @@
 """The key figures at the top of a report."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from relform_analysis.flight.paper_claims import COMPARED
@@ -26,16 +26,19 @@ class Tile:
     """Whether it keeps a bound that the paper states; None: it states none."""
 
 
-def headline_tiles(values: Callable[[str], float | None], notes: dict[str, str]) -> list[Tile]:
+def headline_tiles(
+    values: Callable[[str], float | None], notes: dict[str, str], keys: Sequence[str] = tuple(LABELS)
+) -> list[Tile]:
     """The tiles of a flight, or of the means over many.
 
     Args:
         values: gives a number by its key in summary.json.
         notes: what stands below a number, by the same key.
+        keys: the numbers to show, of ``LABELS``.
     """
     compared = {row.key: row for row in COMPARED}
     tiles = []
-    for key, label in LABELS.items():
+    for key in keys:
         number, value = compared[key], values(key)
-        tiles.append(Tile(label, number.text(value), notes.get(key, ""), number.holds(value)))
+        tiles.append(Tile(LABELS[key], number.text(value), notes.get(key, ""), number.holds(value)))
     return tiles

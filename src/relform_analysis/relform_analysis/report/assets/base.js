@@ -2,10 +2,11 @@
 
 const page = JSON.parse(document.getElementById("data").textContent);
 
-/** The values of a packed array; the caller keeps its `shape`. */
-function unpack({ float32 }) {
-  const bytes = Uint8Array.from(atob(float32), (character) => character.charCodeAt(0));
-  return new Float32Array(bytes.buffer);
+/** The values of a packed array (packing.py); the caller keeps its `shape`. */
+function unpack({ float32, int16, middle, step }) {
+  const bytes = Uint8Array.from(atob(float32 ?? int16), (character) => character.charCodeAt(0));
+  if (float32) return new Float32Array(bytes.buffer);
+  return Float32Array.from(new Int16Array(bytes.buffer), (count) => (count === -32768 ? NaN : middle + count * step));
 }
 
 const byId = (id) => document.getElementById(id);

@@ -1,6 +1,7 @@
 // Draws a view of the flight: ground, paths, references, links coloured by their error, vehicles with their attitude.
 
 const VEHICLE_PX = 9; // arm of a vehicle at least, so that it is visible from far away
+const COLOURS_ALONE = 8; // vehicles that are told apart by colour alone, without their numbers
 const LINKS_EVERY = 1; // [s] between the links that remain drawn
 const TURN = Array.from({ length: 17 }, (_, index) => [Math.cos(index * Math.PI / 8), Math.sin(index * Math.PI / 8)]);
 
@@ -30,6 +31,7 @@ class Drawing {
     const names = ["ink", "muted", "faint", "line", "panel", "ground", "link-low", "link-high"];
     this.colours = Object.fromEntries(names.map((name) => [name, theme.colour(name)]));
     this.brush.halo = this.colours.panel;
+    this.dashes = this.flight.data.styles.map(({ dash }) => dash.map((length) => 1.9 * length));
     this.vehicleColours = this.flight.data.vehicles.map((_, vehicle) => theme.colour(this.flight.data.styles[vehicle].colour));
   }
 
@@ -78,7 +80,7 @@ class Drawing {
       }
       const from = overview ? 0 : indexAt(flight.tick, playback.time - 4);
       this.brush.polyline((tick) => flight.path(vehicle, tick), from, now);
-      this.brush.stroke(colour, small ? 1.25 : 1.9);
+      this.brush.stroke(colour, small ? 1.25 : 1.9, this.dashes[vehicle]);
     }
     this.brush.polyline((step) => flight.reference.subarray(3 * step, 3 * step + 3), 0, flight.step.length - 1);
     this.brush.stroke(colours.muted, 1, [5, 4]);
@@ -97,12 +99,15 @@ class Drawing {
   }
 
   drawPhaseNames() {
-    const { flight, colours, playback } = this;
+    const { flight, colours, playback } = this, written = [];
     for (const { name, start, end } of flight.data.phases) {
       const [x, y, z] = flight.path(0, indexAt(flight.tick, (start + end) / 2));
       const seen = this.camera.see(x, y, z);
       if (seen[2] < NEAR) continue;
-      const [px, py] = this.camera.place(seen), current = playback.time >= start && playback.time < end;
+      const [px, py] = this.camera.place(seen);
+      if (written.some(([x, y]) => Math.abs(x - px) < 8 * name.length + 8 && Math.abs(y - py) < 16)) continue;
+      written.push([px, py]);
+      const current = playback.time >= start && playback.time < end;
       this.brush.text(name, px, py - 20, { colour: current ? colours.ink : colours.muted, size: 15, bold: true, halo: true });
     }
   }
@@ -129,8 +134,11 @@ class Drawing {
       this.drawVehicle(poses[vehicle], seen[vehicle], this.vehicleColours[vehicle], small);
       const [px, py] = this.camera.place(seen[vehicle]);
       this.seats[vehicle] = [px, py];
+      const name = flight.data.vehicles[vehicle];
       if (!overview && !small) {
-        this.brush.text(flight.data.vehicles[vehicle], px, py - 34, { colour: colours.ink, size: 12, halo: true });
+        this.brush.text(name, px, py - 34, { colour: colours.ink, size: 12, halo: true });
+      } else if (!small && flight.count > COLOURS_ALONE) {
+        this.brush.text(/\d+$/.exec(name)?.[0] ?? name, px, py - 14, { colour: this.vehicleColours[vehicle], size: 11, bold: true, halo: true });
       }
     }
     if (!small) this.onScreen = this.seats;
@@ -138,24 +146,24 @@ class Drawing {
 
   /** Reference positions: of the leader, and of the followers by the formation. */
   drawReferences(poses, step, overview) {
-    const { flight, context, colours } = this;
-    const spots = [flight.reference.subarray(3 * step, 3 * step + 3)];
+    const { flight, context } = this;
+    const leader = flight.data.leader, spots = [[leader, flight.reference.subarray(3 * step, 3 * step + 3)]];
     if (!overview) {
-      const leader = flight.data.leader, { axes: [forward], position: [px, py, pz] } = poses[leader];
+      const { axes: [forward], position: [px, py, pz] } = poses[leader];
       const yaw = Math.atan2(forward[1], forward[0]);
       for (let vehicle = 0; vehicle < flight.count; vehicle++) {
         if (vehicle === leader) continue;
         const at = 3 * (step * flight.count + vehicle), [x, y, z] = flight.formation.subarray(at, at + 3);
-        spots.push([px + Math.cos(yaw) * x - Math.sin(yaw) * y, py + Math.sin(yaw) * x + Math.cos(yaw) * y, pz + z]);
+        spots.push([vehicle, [px + Math.cos(yaw) * x - Math.sin(yaw) * y, py + Math.sin(yaw) * x + Math.cos(yaw) * y, pz + z]]);
       }
     }
-    for (const spot of spots) {
+    for (const [vehicle, spot] of spots) {
       const seen = this.camera.see(...spot);
       if (!(seen[2] > NEAR)) continue;
       const [px, py] = this.camera.place(seen);
       context.beginPath();
       context.arc(px, py, overview ? 3 : 0.05 * this.camera.scale(seen) + 3, 0, 2 * Math.PI);
-      this.brush.stroke(colours.muted, 1.25);
+      this.brush.stroke(this.vehicleColours[vehicle], 1.25);
     }
   }
 

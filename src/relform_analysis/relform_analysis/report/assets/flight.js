@@ -1,35 +1,38 @@
-// The page of one flight: connects playback, scene, plots and keys.
+// The page of one flight: connects playback, scene, plots, what happened, and keys.
 
 const flight = new Flight(page);
 const playback = new Playback(flight.tick[0], Math.max(flight.tick.at(-1), flight.tick[0] + page.period), page.period);
-const plots = new Plots(byId("plots"), flight, playback);
+const axis = { from: playback.begin, to: playback.end, unit: "s", narrowest: 0.25 };
+const plots = new PlotGroup(axis, page.phases, page.happenings);
+for (const { title, closed, panels } of page.sections) {
+  const parent = closed ? make(byId("plots"), "details", { class: "more-plots" }) : byId("plots");
+  if (title) make(parent, closed ? "summary" : "h2", {}, title);
+  for (const { lines, ...panel } of panels) plots.add(parent, { ...panel, sets: [{ x: flight.step, lines }] });
+}
+plots.pick = (time) => playback.seek(time);
+playback.onChange(() => plots.show(playback.time));
 const timeline = new Timeline(byId("timeline"), flight, playback, plots);
 
-// The legend of the scene, with the numbers at the shown time.
+// Below the scene: the colours of the vehicles, the scale of the links, and the pair with the largest error at the shown time.
 page.vehicles.forEach((name, vehicle) => {
-  const row = make(byId("key"), "div");
-  make(row, "i", { style: `background: var(--${page.styles[vehicle].colour})` });
+  const row = make(byId("vehicles"), "span", { class: "vehicle" });
+  const { colour, dash } = page.styles[vehicle];
+  make(row, "i", { style: `border-top: 3px ${dashName(dash)} var(--${colour})` });
   make(row, "span", {}, name);
 });
-const linkRows = page.pairs.map(({ name }) => {
-  const row = make(byId("key"), "div", { class: "link" });
-  const swatch = make(row, "i");
-  make(row, "span", {}, name);
-  return { swatch, output: make(row, "output") };
-});
-const scale = make(byId("key"), "div", { class: "scale", title: "Colour of a link: twice the error that the paper claims, and beyond, is the strongest" });
-make(scale, "span", {}, "0");
-make(scale, "i");
-make(scale, "span", {}, `${2 * page.claim} m`);
+byId("scale-end").textContent = `${2 * page.claim} m`;
 
-const scene = new Scene(byId("scene"), byId("key"), flight, playback);
-const showLinks = () => linkRows.forEach(({ swatch, output }, pair) => {
-  const error = flight.error[flight.stepAt(playback.time) * page.pairs.length + pair];
-  swatch.style.background = scene.drawing.linkColour(error);
-  output.textContent = Number.isFinite(error) ? `${error.toFixed(3)} m` : "–";
-});
-playback.onChange(showLinks);
-theme.listeners.push(showLinks);
+const scene = new Scene(byId("scene"), flight, playback);
+const showWorstLink = () => {
+  const { error, pair } = flight.worst(flight.stepAt(playback.time));
+  byId("worst").textContent = pair === null ? "" : `${page.pairs[pair].name} ${error.toFixed(3)} m`;
+};
+playback.onChange(showWorstLink);
+
+// The table of what happened: a click moves the time.
+for (const row of document.querySelectorAll("#happenings [data-time]")) {
+  row.addEventListener("click", () => playback.seek(Number(row.dataset.time)));
+}
 
 // ---- transport
 
@@ -37,7 +40,7 @@ for (const speed of SPEEDS) make(byId("speed"), "option", { value: speed }, `${s
 byId("speed").addEventListener("change", (event) => { playback.setSpeed(Number(event.target.value)); event.target.blur(); });
 byId("play").addEventListener("click", () => playback.toggle());
 byId("unzoom").addEventListener("click", () => plots.zoomOut());
-plots.listeners.push(() => { byId("unzoom").hidden = !plots.zoomed; });
+plots.zoomListeners.push(() => { byId("unzoom").hidden = !plots.zoomed; });
 
 const phaseAt = (time) => page.phases.findLast(({ start }) => time >= start - 1e-6);
 

@@ -1,4 +1,4 @@
-// Chooses the direction of the overview: the flight spread out, little of it behind the legend and the small view.
+// Chooses the direction of the overview: the flight spread out, little of it behind the small view.
 
 const SIDES = 16, FIRST_SIDE = -0.75, OVERVIEW_ELEVATION = 0.42; // candidate directions [rad]
 const COST_OF_HIDING = 4; // cost of hiding the whole path; the widest picture gains 1
@@ -36,11 +36,11 @@ class Overview {
   }
 
   /** The azimuth of the best side; the small view then takes the corner in which it hides least. */
-  bestAzimuth(camera, margin, legend, corners) {
+  bestAzimuth(camera, margin, corners) {
     const sides = Array.from({ length: SIDES }, (_, side) => {
       camera.azimuth = FIRST_SIDE + side * 2 * Math.PI / SIDES;
       this.fit(camera, margin);
-      const hidden = this.hidden(camera, legend) + Math.min(...corners.map((corner) => this.hidden(camera, corner)));
+      const hidden = Math.min(...corners.map((corner) => this.hidden(camera, corner)));
       return { azimuth: camera.azimuth, width: this.width(camera), hidden };
     });
     const widest = Math.max(...sides.map(({ width }) => width));

@@ -35,6 +35,16 @@ class Flight {
     });
   }
 
+  /** The pair with the largest formation error in a step; its index is null if no error is known. */
+  worst(step) {
+    const count = this.data.pairs.length, found = { error: -Infinity, pair: null };
+    for (let pair = 0; pair < count; pair++) {
+      const error = this.error[step * count + pair];
+      if (error > found.error) Object.assign(found, { error, pair });
+    }
+    return found;
+  }
+
   stepAt(time) {
     return indexAt(this.step, time + 1e-4);
   }

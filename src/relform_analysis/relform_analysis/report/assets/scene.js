@@ -3,8 +3,8 @@
 const FOLLOW_FROM = [-2.5, 0.4]; // azimuth and elevation [rad]
 
 class Scene {
-  constructor(canvas, legend, flight, playback) {
-    Object.assign(this, { canvas, legend, flight, playback, context: canvas.getContext("2d"), main: "overview" });
+  constructor(canvas, flight, playback) {
+    Object.assign(this, { canvas, flight, playback, context: canvas.getContext("2d"), main: "overview" });
     this.onShow = (view) => this.show(view);
     this.overview = new Overview(flight);
     this.cameras = { overview: new Camera(FIRST_SIDE, OVERVIEW_ELEVATION), follow: new Camera(...FOLLOW_FROM) };
@@ -39,8 +39,8 @@ class Scene {
     this.cameras[this.other()].rectangle = this.inset;
     if (!this.free.has("follow")) this.fitFollow();
     if (!this.free.has("overview")) {
-      const margin = this.main === "overview" ? 1.12 : 1.05, legend = this.legendBox();
-      overview.azimuth = this.azimuth ??= this.overview.bestAzimuth(overview, margin, legend, [above, below]);
+      const margin = this.main === "overview" ? 1.12 : 1.05;
+      overview.azimuth = this.azimuth ??= this.overview.bestAzimuth(overview, margin, [above, below]);
       overview.elevation = OVERVIEW_ELEVATION;
       this.overview.fit(overview, margin);
     }
@@ -54,11 +54,6 @@ class Scene {
     const width = Math.round(clamp(0.3 * this.width, 130, 230)), height = Math.round(clamp(0.36 * this.height, 100, 190));
     const x = this.width - width - 10;
     return [{ x, y: 10, width, height }, { x, y: this.height - height - 10, width, height }];
-  }
-
-  legendBox() {
-    const { offsetLeft, offsetTop, offsetWidth, offsetHeight } = this.legend;
-    return { x: offsetLeft, y: offsetTop, width: offsetWidth, height: offsetHeight };
   }
 
   fitFollow() {

@@ -8,7 +8,7 @@ class Timeline {
     // The page handles the arrow keys, because the slider's own step differs from a control step.
     this.slider.addEventListener("keydown", (event) => { if (!["Tab"].includes(event.key)) event.preventDefault(); });
     playback.onChange(() => this.showTime());
-    plots.listeners.push(() => this.draw());
+    plots.zoomListeners.push(() => this.draw());
     new ResizeObserver(() => this.draw()).observe(parent);
     this.draw();
   }
@@ -25,14 +25,20 @@ class Timeline {
       const [from, to] = plots.window;
       make(svg, "rect", { class: "window", x: x(from), y: 1, width: x(to) - x(from), height: height - 2 });
     }
+    for (const { start, end, kind } of flight.data.happenings) {
+      const length = (end ?? start) - start, shown = length < LONG * (playback.end - playback.begin) ? length : 0;
+      make(svg, "rect", { class: `mark ${kind}`, x: x(start), y: 0, width: Math.max(x(start + shown) - x(start), 1.5), height });
+    }
+    let free = 0;
     flight.data.phases.forEach(({ name, title, start, end }) => {
+      if (x(start) + 6 < free) return;
       const label = make(svg, "text", { class: "phase-name", x: x(start) + 6, y: 16 }, name);
-      if (x(end) - x(start) > 8 * title.length + 24) make(label, "tspan", { class: "phase-title", dx: 6 }, title);
+      const room = x(end) - x(start) - 12, short = label.getComputedTextLength();
+      const words = make(label, "tspan", { class: "phase-title", dx: 6 }, title);
+      if (label.getComputedTextLength() > room) words.remove();
+      free = x(start) + 6 + short + 4;
     });
-    const pairs = flight.data.pairs.length, largest = Array.from(flight.step, (_, step) => {
-      const errors = flight.error.subarray(pairs * step, pairs * (step + 1)).filter(Number.isFinite);
-      return errors.length ? Math.max(...errors) : 0;
-    });
+    const largest = Array.from(flight.step, (_, step) => Math.max(flight.worst(step).error, 0));
     const top = Math.max(...largest, 2 * flight.data.claim);
     const y = (error) => height - 1 - error / top * (height - 22);
     const points = largest.map((error, step) => `${x(flight.step[step]).toFixed(1)} ${y(error).toFixed(1)}`);
