@@ -22,6 +22,7 @@ SCENARIO = paper_scenario(seed=11)
 VEHICLES = SCENARIO.config.team.vehicles
 STEPS = 30
 REFERENCE = "/formation/reference"
+DATA = Path(__file__).parents[1] / "data"
 
 
 def write_bag(folder: Path, without: str = "") -> Path:
@@ -78,8 +79,9 @@ def test_bag_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "The recording ends after 30 of 540 control steps." in page.text
     assert page.tables["versions"] == [["relform", "7.8.9"]]
     np.testing.assert_allclose(unpack(page.data["position"])[:, 0, 0], 0.1 * np.arange(STEPS), rtol=1e-6)
-    rows = {label: value for label, value, _ in page.tables["compared"][1:]}
-    assert rows["leader position error, steady, mean"] == "0.030 m"
+    (leader,) = (row for row in page.tables["phases"] if row[0] == "leader position m")
+    assert leader[1:3] == ["mean", "0.030"]
+    assert "steady, mean" not in page.text  # the flight did not come to its end
 
 
 def test_report_of_a_run_has_ending_and_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -95,7 +97,7 @@ def test_report_of_a_run_has_ending_and_figures(tmp_path: Path, capsys: pytest.C
     out = tmp_path / "elsewhere.html"
     assert main([str(tmp_path / "run"), "--out", str(out)]) == 0
     page = Page(out.read_text())
-    assert "The flight did not complete. /leader/quadrotor died" in page.text
+    assert "Failed at 1.45 s of 27 s, in phase A. /leader/quadrotor died" in page.text
     assert page.tables["versions"] == [["relform", "1.2.3"]]
     names = capsys.readouterr().out.split()
     assert names[0] == str(out)
@@ -140,6 +142,18 @@ def test_bag_from_elsewhere_and_no_bag(tmp_path: Path, capsys: pytest.CaptureFix
     assert capsys.readouterr().err == f"error: {tmp_path / 'picture.mcap'}: not an MCAP file\n"
 
 
+def test_flight_that_is_still_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with BagWriter(tmp_path / "run/bag", {CONFIG_ATTACHMENT: SCENARIO.effective_yaml}) as writer:
+        for arguments in ([str(tmp_path / "run")], [str(DATA / "short_flight"), str(writer.file)]):
+            assert main(arguments) == 2
+            assert capsys.readouterr().err == (
+                f"error: {writer.file}: the flight is not over: its recorder has the bag open; "
+                "try again when it has ended\n"
+            )
+    assert main([str(tmp_path / "run")]) == 2
+    assert "no flight in it" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("content", ["{", '{"outcome": "won"}'])
 def test_summary_that_cannot_be_used(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str
@@ -150,9 +164,6 @@ def test_summary_that_cannot_be_used(
     error = capsys.readouterr().err
     assert error.startswith(f"error: {tmp_path / 'run/summary.json'}: ")
     assert error.count("\n") == 1
-
-
-DATA = Path(__file__).parents[1] / "data"
 
 
 def test_two_recorded_flights_beside_each_other(

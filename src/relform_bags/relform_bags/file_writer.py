@@ -10,6 +10,7 @@ from mcap.writer import CompressionType, Writer
 
 from relform_bags.message_types import message_type
 from relform_bags.metadata import NO_TIME_NS, FileContent, RecordedTopic, to_yaml
+from relform_bags.recording_lock import hold
 
 METADATA_RECORD = "rosbag2"
 METADATA_KEY = "serialized_metadata"
@@ -151,6 +152,7 @@ class _WholeChunks:
 
     def __init__(self, path: Path, make_room: Callable[[OSError], bool]) -> None:
         self._fd: int | None = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+        hold(self._fd)
         self.size = 0
         self._make_room = make_room
         self._pending = bytearray()

@@ -9,6 +9,7 @@ from relform_analysis.flight.summary import Json, build_summary
 from relform_analysis.report.flight_source import ending_from_log, ending_from_run, versions_from_bag
 from relform_analysis.sweep.folder import RUNS, SWEEP_FILE
 from relform_bags.reader import find_bag
+from relform_bags.recording_lock import is_being_recorded
 from relform_core.errors import BagError
 
 
@@ -43,12 +44,17 @@ def bag_of(source: Path) -> Path:
     """The bag of a flight.
 
     Raises:
-        BagError: there is none, and no sweep either.
+        BagError: there is none, and no sweep either, or it is still being recorded.
     """
     try:
-        return find_bag(source)
+        bag = find_bag(source)
     except BagError as error:
         neither = f", and no sweep: there is no {SWEEP_FILE} in it" if source.is_dir() else ""
         if (source / RUNS).is_dir():
             neither += "; run the command of the sweep again, it continues and writes one"
         raise BagError(f"{error}{neither}") from None
+    if is_being_recorded(bag):
+        raise BagError(
+            f"{bag}: the flight is not over: its recorder has the bag open; try again when it has ended"
+        )
+    return bag
