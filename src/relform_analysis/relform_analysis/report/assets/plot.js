@@ -15,6 +15,7 @@ const DENSE = 3; // more lines than this are thin
 const ABOVE_USUAL = 1.5; // upper end of a robust scale, in the largest steady value
 const FAR_OUT = 2.5; // it leaves out values only if the largest is this many times the largest steady one,
 const RARE = 0.1; // and if they are this rare
+const LOG_TICKS = 5; // on a logarithmic scale
 const CLICK_PX = 5;
 
 const arrayOf = (values) => (values?.shape ? unpack(values) : values);
@@ -96,7 +97,7 @@ class Plot {
       },
       axes: [
         { ...axis, size: AXIS_HEIGHT, space: 60, grid: { show: false }, values: (_, ticks) => ticks.map((tick) => `${tickText(tick)}${tick === 0 && group.unit ? ` ${group.unit}` : ""}`) },
-        { ...axis, grid, size: AXIS_WIDTH, space: panel.tall ? 32 : 19, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : tickText(tick))) },
+        { ...axis, grid, size: AXIS_WIDTH, space: panel.tall ? 32 : 19, ...(panel.log && { splits: (_, side, low, high) => logTicks(low, high, LOG_TICKS), filter: (_, ticks) => ticks }), values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : tickText(tick))) },
       ],
       legend: {
         mount: (_, legend) => this.caption.append(legend),
@@ -151,6 +152,7 @@ class Plot {
       if (panel.log || value < 3 * reach) [low, high] = [Math.min(low, value), Math.max(high, value)];
     }
     this.top = high;
+    this.leavesOut &&= this.whole || this.highest > high; // a guide may have made room for it
     this.offerWhole();
     if (panel.log) return [low / 1.3, high * 1.3];
     return [low < 0 ? 1.06 * low : 0, high > 0 ? 1.06 * high : 1];
