@@ -123,6 +123,18 @@ def test_flight_that_ended_early_is_compared_until_then() -> None:
     assert list(comparison.phases) == ["A", "B"]
 
 
+def test_phases_that_begin_later_are_named() -> None:
+    later = "phases.0.duration_s=1.5"
+    limits = compare([flown("one"), flown("two", later, phases=["A"] * 30 + ["B"] * 60)]).limits
+    assert (
+        "Phases begin at other times, B at 1.00 and 1.50 s: plots are over the time of the flight." in limits
+    )
+    steady = flown("two", "phases.1.steady_from_s=2.0")
+    assert compare([flown("one"), steady]).limits == (
+        "Steady windows begin at other times of their phase, B at 2.50 and 2.00 s.",
+    )
+
+
 def test_phases_of_other_names_are_named() -> None:
     comparison = compare([flown("one"), flown("two", phases=["A"] * 20)])
     assert comparison.common.phases == ("A",)
@@ -166,9 +178,7 @@ def test_followers_of_other_names_are_compared_by_place(three: ComparedFlight) -
 
 
 def test_other_control_rate_and_path_are_named(three: ComparedFlight) -> None:
-    faster = flight(
-        "faster", fly_in_process(paper_scenario(BRIEF_HOVER, "controller.period_s=0.025", "start.yaw_deg=9"))
-    )
+    faster = flight("faster", fly_in_process(paper_scenario(BRIEF_HOVER, "controller.period_s=0.025")))
     limits = compare([three, faster]).limits
     assert limits == (
         "The control periods are 25 ms and 50 ms: numbers of one control step, such as solver times, are of "
@@ -176,8 +186,9 @@ def test_other_control_rate_and_path_are_named(three: ComparedFlight) -> None:
     )
     moving = BRIEF_HOVER.replace("hover, ramp_s: 0.0", "straight, speed_m_s: 2.0, ramp_s: 0.2")
     away = flight("away", fly_in_process(paper_scenario(moving)))
-    (limit,) = compare([three, away]).limits
-    assert limit.startswith("The leaders were asked to fly different paths: ")
+    assert compare([three, away]).limits == (
+        "Start or phases differ: paths and altitudes are of other tasks, only errors can be compared.",
+    )
 
 
 def test_flight_without_control_step_is_one_line() -> None:

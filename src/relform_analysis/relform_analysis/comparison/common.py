@@ -1,13 +1,13 @@
 """What flights have in common: vehicles, pairs, time and phases; and in words, what they have not."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from relform_analysis.comparison.flights import ComparedFlight
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.phases import flown_phases, step_times
+from relform_analysis.flight.phases import FlownPhase, flown_phases, step_times
 from relform_analysis.flight.tracking_errors import scored_pairs
 from relform_core.arrays import Mask
 
@@ -124,38 +124,50 @@ def _common_phases(parts: Sequence[CommonPart]) -> tuple[tuple[str, ...], list[s
         {name: None for name, flown in zip(part.log.phase, part.steps.tolist(), strict=True) if flown}
         for part in parts
     ]
-    phases = [{phase.name: phase for phase in flown_phases(part.log)} for part in parts]
+    phases: list[dict[str, FlownPhase]] = [
+        {phase.name: phase for phase in flown_phases(part.log)} for part in parts
+    ]
     common = tuple(name for name in phases[0] if all(name in names for names in begun))
     limits = []
     for part, found in zip(parts, phases, strict=True):
-        if others := [name for name in found if name not in common]:
-            noun = "Phase" if len(others) == 1 else "Phases"
-            limits.append(f"{noun} {_named(others)} of {part.flight.label}: not begun in every flight.")
-    for name in common:
-        same = [found[name] for found in phases]
-        starts = [phase.start for phase in same]
-        steady = [phase.steady for phase in same if phase.steady < phase.end]
-        if np.ptp(starts) > INSTANTS_DIFFER:
-            listed = _named([f"{start:.2f}" for start in starts])
-            limits.append(f"Phase {name} begins at {listed} s: plots over time do not show it at one place.")
-        elif steady and np.ptp(steady) > INSTANTS_DIFFER:
-            listed = _named([f"{begin:.2f}" for begin in steady])
-            limits.append(f"Phase {name} is steady from {listed} s: steady numbers are of other windows.")
+        if alone := [name for name in found if name not in common]:
+            noun = "Phase" if len(alone) == 1 else "Phases"
+            limits.append(f"{noun} {_named(alone)} of {part.flight.label}: not begun in every flight.")
+    others = _differing(common, phases, lambda phase: phase.start)
+    if others:
+        limits.append(f"Phases begin at other times, {others}: plots are over the time of the flight.")
+    others = _differing(common, phases, lambda phase: phase.steady - phase.start)
+    if others:
+        limits.append(f"Steady windows begin at other times of their phase, {others}.")
     return common, limits
 
 
+def _differing(
+    names: Sequence[str],
+    phases: Sequence[Mapping[str, FlownPhase]],
+    instant: Callable[[FlownPhase], float],
+) -> str:
+    """The phases in which an instant differs between flights, with these; empty: there are none.
+
+    Phases that ended before their steady window are left out.
+    """
+    found = []
+    for name in names:
+        instants = [instant(flown[name]) for flown in phases if flown[name].steady < flown[name].end]
+        if instants and np.ptp(instants) > INSTANTS_DIFFER:
+            found.append(f"{name} at {_named([f'{each:.2f}' for each in instants])} s")
+    return "; ".join(found)
+
+
 def _other_paths(flights: Sequence[ComparedFlight]) -> list[str]:
-    """Whether the leaders were asked to fly the same path, at the instants that all flights have."""
-    first = flights[0].log
-    for flight in flights[1:]:
-        _, here, there = np.intersect1d(first.step_ns, flight.log.step_ns, return_indices=True)
-        apart = np.linalg.norm(first.leader_p_NB_N__ref[here] - flight.log.leader_p_NB_N__ref[there], axis=-1)
-        if apart.size and np.nanmax(apart) > 1e-3:
-            return [
-                "The leaders were asked to fly different paths: positions and altitudes show other "
-                "tasks, only errors can be compared."
-            ]
-    return []
+    """Whether the leaders had other things to fly."""
+    tasks = [
+        (config.start, [(phase.motion, phase.duration) for phase in config.phases])
+        for config in (flight.log.scenario.config for flight in flights)
+    ]
+    if all(task == tasks[0] for task in tasks[1:]):
+        return []
+    return ["Start or phases differ: paths and altitudes are of other tasks, only errors can be compared."]
 
 
 def _named(names: Sequence[str]) -> str:

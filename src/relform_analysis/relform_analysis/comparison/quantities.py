@@ -31,6 +31,10 @@ class Quantity:
     log_scale: bool = False
     steps: bool = False
     """Values hold for the whole step, instead of at its instant."""
+    is_error: bool = False
+    """Values are errors, never negative: a few large ones must not flatten the others."""
+    is_main: bool = False
+    """Whether it is a main result, which gets more height."""
 
 
 def pair_errors(part: CommonPart) -> Array:
@@ -92,11 +96,26 @@ def leader_estimate(part: CommonPart) -> Array:
 
 
 QUANTITIES = (
-    Quantity("Formation error, mean of the pairs", "m", 3, lambda part: pair_errors(part).mean(axis=1)),
-    Quantity("Formation error, largest of the pairs", "m", 3, lambda part: pair_errors(part).max(axis=1)),
-    Quantity("Leader position error", "m", 3, leader_position_error),
-    Quantity("Leader yaw error", "deg", 1, leader_yaw_error),
-    Quantity("Yaw of the followers, largest", "deg", 1, lambda part: follower_yaws(part).max(axis=1)),
+    Quantity(
+        "Formation error, mean of the pairs",
+        "m",
+        3,
+        lambda part: pair_errors(part).mean(axis=1),
+        is_error=True,
+        is_main=True,
+    ),
+    Quantity(
+        "Formation error, largest of the pairs",
+        "m",
+        3,
+        lambda part: pair_errors(part).max(axis=1),
+        is_error=True,
+    ),
+    Quantity("Leader position error", "m", 3, leader_position_error, is_error=True),
+    Quantity("Leader yaw error", "deg", 1, leader_yaw_error, is_error=True),
+    Quantity(
+        "Yaw of the followers, largest", "deg", 1, lambda part: follower_yaws(part).max(axis=1), is_error=True
+    ),
     Quantity(
         "Altitude of the leader",
         "m",
@@ -112,11 +131,16 @@ QUANTITIES = (
         "mm",
         1,
         lambda part: pair_position_estimates(part).mean(axis=1),
+        is_error=True,
     ),
     Quantity(
-        "Estimate − truth: relative yaws, mean", "deg", 2, lambda part: pair_yaw_estimates(part).mean(axis=1)
+        "Estimate − truth: relative yaws, mean",
+        "deg",
+        2,
+        lambda part: pair_yaw_estimates(part).mean(axis=1),
+        is_error=True,
     ),
-    Quantity("Estimate − truth: position of the leader", "mm", 1, leader_estimate),
+    Quantity("Estimate − truth: position of the leader", "mm", 1, leader_estimate, is_error=True),
     Quantity("Solver: objective", "", 2, lambda part: part.log.solver["objective"], log_scale=True),
     Quantity(
         "Solver: KKT value of the first SQP step",
@@ -140,7 +164,7 @@ def pair_quantities(part: CommonPart) -> Iterator[Quantity]:
     """The formation error of each common pair, with the names of one flight."""
     for index, (i, j) in enumerate(part.pairs):
         title = f"Formation error, {part.log.vehicles[i]} → {part.log.vehicles[j]}"
-        yield Quantity(title, "m", 3, lambda part, index=index: pair_errors(part)[:, index])  # type: ignore[misc]
+        yield Quantity(title, "m", 3, lambda part, index=index: pair_errors(part)[:, index], is_error=True)  # type: ignore[misc]
 
 
 @dataclass(frozen=True, eq=False)

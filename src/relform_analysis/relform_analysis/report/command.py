@@ -7,6 +7,7 @@ from pathlib import Path
 
 from relform_analysis.comparison.compare import compare, comparison_json
 from relform_analysis.report.comparison_console import print_comparison
+from relform_analysis.report.comparison_page import write_comparison
 from relform_analysis.report.comparison_source import read_flights
 from relform_analysis.report.flight_page import write_flight_report
 from relform_analysis.report.flight_source import unrecorded_topics
@@ -16,6 +17,8 @@ from relform_analysis.report.sweep_source import is_sweep, read_sweep
 from relform_core.atomic_file import write_atomically
 from relform_core.run_folder import CONFIG_FILE, PAPER_FIGURES, REPORT_FILE
 from relform_core.script import CommandParser, command
+
+COMPARISON_FILE = "comparison.html"
 
 
 @command
@@ -34,7 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "SWEEP:VARIANT is the first flight of a variant, and SWEEP:VARIANT-s7 the one with seed 7",
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help=f"the report (default: {REPORT_FILE} in that folder)"
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help=f"the report (default: {REPORT_FILE} in that folder, of several {COMPARISON_FILE} here)",
     )
     parser.add_argument(
         "--no-figures",
@@ -52,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     chosen = parser.parse_args(arguments)
     if len(chosen.sources) > 1:
-        compare_flights(chosen.sources, chosen.config, chosen.json)
+        compare_flights(chosen.sources, chosen.out or Path(COMPARISON_FILE), chosen.config, chosen.json)
         return 0
     if chosen.json is not None:
         parser.error("--json is for a comparison of flights; the numbers of one are in its summary.json")
@@ -67,11 +73,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def compare_flights(sources: Sequence[str], configuration: Path | str | None, json_file: Path | None) -> None:
-    """Compare flights, print the tables, and write the files.
+def compare_flights(
+    sources: Sequence[str], out: Path, configuration: Path | str | None, json_file: Path | None
+) -> None:
+    """Compare flights, print the tables, then the name of each file.
 
     Args:
         sources: a run, a bag, or ``SWEEP:VARIANT`` each.
+        out: the page.
         configuration: as of ``report_flight``, of all bags.
         json_file: gets the comparison as JSON.
     Raises:
@@ -79,6 +88,8 @@ def compare_flights(sources: Sequence[str], configuration: Path | str | None, js
     """
     comparison = compare(read_flights(sources, configuration))
     print_comparison(comparison)
+    write_comparison(out, comparison)
+    print(out)
     if json_file is not None:
         write_atomically(json_file, json.dumps(comparison_json(comparison), indent=2, allow_nan=False) + "\n")
         print(json_file)

@@ -39,6 +39,7 @@ def take(
     height: int | None = None,
     dark: bool = False,
     press: Sequence[str] = (),
+    time: float | None = None,
 ) -> None:
     """Write the picture of a page as PNG.
 
@@ -48,6 +49,7 @@ def take(
         width, height: in pixels; without a height the whole page.
         dark: whether the reader prefers dark pages.
         press: names of buttons that are pressed before, in this order.
+        time: of the flight that the page shows [s]; None: as it opens.
     Raises:
         RelformError: one line: there is no such page, no browser, or no such button.
     """
@@ -67,6 +69,9 @@ def take(
             tab.goto(page.resolve().as_uri())
             for name in press:
                 tab.get_by_role("button", name=name).first.click(timeout=2000)
+            if time is not None:
+                tab.evaluate(f"relform.playback.seek({time})")
+                tab.wait_for_timeout(500)  # until it is drawn
             tab.screenshot(path=out, full_page=height is None)
             browser.close()
         except Error as error:
