@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
+from relform_analysis.replay.command import main as replay
 from relform_analysis.report.command import main
 from relform_bags.writer import BagWriter
 from relform_core.names import CONFIG_ATTACHMENT, VERSIONS_ATTACHMENT
@@ -186,6 +187,25 @@ def test_two_recorded_flights_beside_each_other(
     assert "Results from 0.00 to 1.45 s" in out
     assert "- short_flight after 1.45 s: not every flight lasted longer." in out
     assert "- Not recorded in short: Rotor speed, mean; " in out
+
+
+def test_replay_beside_its_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recorded, kept = DATA / "short_flight", tmp_path / "replayed"
+    weight = "controller.weights.torque_per_n2_m2=20"
+    assert replay([str(recorded), "--set", weight, "--out", str(kept)]) == 1
+    arguments = ["--json", str(tmp_path / "comparison.json"), "--out", str(tmp_path / "comparison.html")]
+    assert main([str(recorded), str(kept), *arguments]) == 0
+    content = json.loads((tmp_path / "comparison.json").read_text())
+    keys = {row["key"]: row["values"][1] for row in content["configuration"]}
+    assert keys == {"controller.weights.torque_per_n2_m2": "20", "software": "not recorded"}
+    rows = {row["label"]: row["values"] for row in content["results"]}
+    truth = rows["formation error, mean of all"]
+    assert truth[0] == pytest.approx(truth[1], rel=1e-6)
+    speeds = rows["rotor speed, standard deviation"]
+    assert abs(speeds[1] - speeds[0]) > 1.0
+    capsys.readouterr()
+    assert main([str(kept), "--no-figures"]) == 0
+    assert capsys.readouterr().out == f"{kept / 'report.html'}\n"
 
 
 def test_comparison_with_an_empty_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

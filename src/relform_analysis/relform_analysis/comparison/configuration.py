@@ -40,6 +40,12 @@ def configuration_differences(flights: Sequence[ComparedFlight]) -> list[Differe
 
 
 def _software_differences(versions: Sequence[Mapping[str, str | None]]) -> list[Difference]:
+    if any(versions) and not all(versions):
+        return [
+            Difference(
+                "software", "software", tuple("recorded" if each else NOT_RECORDED for each in versions)
+            )
+        ]
     names = dict.fromkeys(name for each in versions for name in each)
     texts = {
         name: tuple(each.get(name, NOT_RECORDED) or "not installed" for each in versions) for name in names

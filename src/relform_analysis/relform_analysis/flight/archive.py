@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog, LogEntry
-from relform_core.atomic_file import written_atomically
+from relform_core.atomic_file import write_atomically, written_atomically
 from relform_core.errors import RelformError
-from relform_core.load import LoadedScenario
+from relform_core.load import LoadedScenario, load_scenario
+from relform_core.run_folder import CONFIG_FILE
 
+KEPT_FLIGHT = "flight.npz"
+"""The log of a flight without a bag, beside its configuration."""
 _TABLES = ("solver", "estimator", "active_constraints")
 """Fields of a log that hold arrays by name; an archive has each of these arrays under ``field.name``."""
 _ENTRIES = ("faults", "changes", "degraded")
@@ -76,6 +79,34 @@ def read_log(path: Path | str, scenario: LoadedScenario) -> FlightLog:
     except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
         problem = f"cannot be read as a flight: {error}; delete it to fly again"
         raise RelformError(f"{path}: {problem}") from None
+
+
+def write_kept_flight(folder: Path, log: FlightLog) -> None:
+    """Write a flight that has no bag of its own: its log and its configuration.
+
+    Raises:
+        RelformError: it cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RelformError(f"{folder}: cannot be made: {error.strerror}") from None
+    write_atomically(folder / CONFIG_FILE, log.scenario.effective_yaml)
+    write_log(folder / KEPT_FLIGHT, log)
+
+
+def is_kept_flight(folder: Path) -> bool:
+    """Whether a folder is one of ``write_kept_flight``."""
+    return (folder / KEPT_FLIGHT).is_file()
+
+
+def read_kept_flight(folder: Path) -> FlightLog:
+    """Read a flight of ``write_kept_flight``.
+
+    Raises:
+        RelformError: it cannot be read.
+    """
+    return read_log(folder / KEPT_FLIGHT, load_scenario(folder / CONFIG_FILE))
 
 
 def _compact(values: Any) -> Any:

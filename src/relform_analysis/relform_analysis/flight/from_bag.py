@@ -82,3 +82,19 @@ def read_flight_log(path: Path | str, configuration: Path | str | None = None) -
     if missing := builder.missing():
         raise BagError(f"{bag}: no flight in it: {missing}")
     return builder.build()
+
+
+def read_ground_truth(bag: Path, builder: FlightLogBuilder, config: ScenarioConfig) -> None:
+    """Add the true states of all vehicles to a log.
+
+    Raises:
+        BagError: one line: a message cannot be used, or the bag cannot be read.
+    """
+    takers = message_takers(builder, config)
+    topics = [vehicle_topic(vehicle, GROUND_TRUTH) for vehicle in config.team.vehicles]
+    for entry in read_bag(bag, topics):
+        if isinstance(entry, BagMessage):
+            try:
+                takers[entry.topic](decode(entry))
+            except MessageError as error:
+                raise BagError(f"{bag}: {entry.topic}: {error}") from None

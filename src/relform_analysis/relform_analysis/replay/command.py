@@ -25,6 +25,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Replay a bag; returns the exit code."""
     options = _parser().parse_args(arguments)
     # ROS and CasADi take a second to import, and the help does without them.
+    from relform_analysis.flight.archive import write_kept_flight
+    from relform_analysis.flight.log_builder import FlightLogBuilder
     from relform_analysis.replay.from_bag import read_recorded_flight
     from relform_analysis.replay.replay import replay
 
@@ -32,7 +34,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     flight = read_recorded_flight(options.bag, options.config)
     overrides += options.overrides
     scenario = flight.configuration.load(overrides)
-    result = replay(flight, scenario)
+    log = FlightLogBuilder(scenario) if options.out else None
+    result = replay(flight, scenario, log)
+    if log is not None:
+        from relform_analysis.flight.from_bag import read_ground_truth
+
+        read_ground_truth(flight.configuration.bag, log, scenario.config)
+        write_kept_flight(options.out, log.build())
     if flight.gap is not None:
         print(f"{options.bag}: the replay ends early: {flight.gap}", file=sys.stderr)
     if options.plot:
@@ -60,6 +68,12 @@ def _parser() -> CommandParser:
     parser.add_argument("--controller", type=Path, metavar="FILE", help="another controller configuration")
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE", help="change a key"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="keep the replayed flight, with the truth of the recording, for a comparison by report",
     )
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the difference (png, pdf, svg)")
     return parser

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_analysis.flight.bag_configuration import BagConfiguration
+from relform_analysis.flight.log_builder import FlightLogBuilder
 from relform_controller.blas import one_blas_thread
 from relform_controller.flight_director import FlightDirector
 from relform_controller.live_values import LiveControllerValues
@@ -18,7 +19,7 @@ from relform_core.arrays import Array
 from relform_core.live_values import Value
 from relform_core.load import LoadedScenario
 from relform_core.measurements import RotorCommand, TeamMeasurements
-from relform_core.telemetry import RequestMade
+from relform_core.telemetry import Decision, RequestMade
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 Formation = Mapping[str, tuple[float, float, float]]
@@ -85,13 +86,14 @@ class Replay:
         return int(steps[0]) if steps.size else None
 
 
-def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
+def replay(flight: RecordedFlight, scenario: LoadedScenario, log: FlightLogBuilder | None = None) -> Replay:
     """Feed what was recorded to a new controller.
 
     Args:
         flight: the recording. The formations and weights that were set in flight are set again, and a
             controller with the recorded configuration takes the recorded number of SQP steps.
         scenario: for the controller; its team must be that of the recording.
+        log: gets every decision; None: it is not kept.
     Raises:
         FlightError: measurements that the start needs are missing for too long.
     """
@@ -112,6 +114,8 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario) -> Replay:
                 controller.set_weights(values.weights)
             decision = controller.step(step.measurements, step.sqp_steps if impose_steps else None)
             commands = decision.commands
+            if log is not None and isinstance(decision, Decision):
+                log.add_decision(decision)
             plans_equal &= commands.keys() == step.commands.keys() and all(
                 np.array_equal(commands[vehicle].predicted_speeds, command.predicted_speeds)
                 for vehicle, command in step.commands.items()

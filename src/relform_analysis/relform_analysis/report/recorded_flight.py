@@ -1,8 +1,9 @@
-"""A recorded flight with its summary, from a bag or the folder of a run."""
+"""A recorded flight with its summary, from a bag, the folder of a run, or a replay."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
+from relform_analysis.flight.archive import is_kept_flight, read_kept_flight
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.summary import Json, build_summary
@@ -26,12 +27,16 @@ def read_flight(source: Path, configuration: Path | str | None) -> RecordedFligh
     """Read a recorded flight.
 
     Args:
-        source: a bag or the folder of a run.
+        source: a bag, the folder of a run, or that of a replay.
         configuration: path or plain name of the scenario; None: as ``find_configuration`` finds it.
     Raises:
         RelformError: there is no flight.
     """
     bag = bag_of(source)
+    if is_kept_flight(source):
+        log = read_kept_flight(source)
+        summary = build_summary(log.scenario, flight_metrics(log), ending_from_log(log), {})
+        return RecordedFlight(bag, log, summary)
     # Reading serialized messages needs ROS; sweeps do without.
     from relform_analysis.flight.from_bag import read_flight_log
 
@@ -41,11 +46,13 @@ def read_flight(source: Path, configuration: Path | str | None) -> RecordedFligh
 
 
 def bag_of(source: Path) -> Path:
-    """The bag of a flight.
+    """The bag of a flight, or the folder of a replay, which has none.
 
     Raises:
         BagError: there is none, and no sweep either, or it is still being recorded.
     """
+    if is_kept_flight(source):
+        return source
     try:
         bag = find_bag(source)
     except BagError as error:
