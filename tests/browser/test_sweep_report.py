@@ -225,22 +225,12 @@ def test_picture_for_the_documentation(report: Path, tmp_path: Path) -> None:
     """In a process of its own, because Playwright starts once in each."""
     script = PAPER.parents[2] / "scripts/screenshot.py"
     picture = tmp_path / "sweep.png"
-    command = [
-        sys.executable,
-        str(script),
-        str(report),
-        str(picture),
-        "--width",
-        "420",
-        "--height",
-        "300",
-        "--dark",
-    ]
+    size = ("--width", "420", "--height", "300", "--dark")
+    command = [sys.executable, str(script), str(report), str(picture), *size]
     subprocess.run(command, check=True)
     header = picture.read_bytes()[:24]
     assert header.startswith(b"\x89PNG\r\n\x1a\n")
     assert (int.from_bytes(header[16:20]), int.from_bytes(header[20:24])) == (420, 300)
-    failed = subprocess.run([*command, "--press", "fly"], capture_output=True, text=True)
-    assert failed.returncode == 2
-    assert failed.stderr.startswith(f"error: {report}: no picture: ")
-    assert failed.stderr.count("\n") == 1
+    command[2] = str(tmp_path / "none.html")
+    failed = subprocess.run(command, capture_output=True, text=True)
+    assert (failed.returncode, failed.stderr) == (2, f"error: {command[2]}: no such file\n")
