@@ -22,6 +22,9 @@ function drawCurves(plot, grid) {
     const shift = aside * (index - (grid.series.length - 1) / 2);
     drawLine(svg, frame, data, parameter.texts.map((_, across) => grid.variantAt(across, down)), seriesColour(index, grid.series.length), shift);
   });
+  if (data.claim !== null && y.has(data.claim)) {
+    make(svg, "text", { class: "claim", x: frame.right, y: frame.y(data.claim) - 4, "text-anchor": "end" }, "the paper");
+  }
 }
 
 /** Where a value of a parameter is: numbers to scale, logarithmic where they are far apart; others side by side. */
@@ -34,14 +37,11 @@ function parameterScale({ numbers, texts }, left, inner) {
 }
 
 function drawFrame(svg, { x, y, bottom, right }, scale, data, parameter) {
-  for (const tick of scale.ticks(4)) {
+  for (const tick of scale.ticks(6)) {
     make(svg, "line", { class: "grid", x1: CURVE.left, x2: right, y1: y(tick), y2: y(tick) });
     make(svg, "text", { x: CURVE.left - 6, y: y(tick) + 3.5, "text-anchor": "end" }, tickText(tick));
   }
-  if (data.claim !== null && scale.has(data.claim)) {
-    make(svg, "line", { class: "guide", x1: CURVE.left, x2: right, y1: y(data.claim), y2: y(data.claim) });
-    make(svg, "text", { x: right, y: y(data.claim) - 4, "text-anchor": "end" }, "the paper");
-  }
+  if (data.claim !== null && scale.has(data.claim)) make(svg, "line", { class: "guide", x1: CURVE.left, x2: right, y1: y(data.claim), y2: y(data.claim) });
   make(svg, "line", { class: "axis-line", x1: CURVE.left, x2: right, y1: bottom, y2: bottom });
   let free = -Infinity;
   parameter.texts.forEach((text, index) => {
