@@ -11,6 +11,7 @@ from mcap.well_known import SchemaEncoding
 from relform_bags.records import MAGIC, RawRecord, data_records, raw_records, read_errors
 from relform_core.errors import BagError
 from relform_core.run_folder import BAG
+from relform_core.suggestions import path_meant
 
 COMPRESSED_SUFFIXES = (".zstd", ".lz4")
 """Of files that rosbag2 has compressed as a whole."""
@@ -63,7 +64,7 @@ def bag_files(path: Path | str) -> tuple[Path, ...]:
         _check_not_compressed(path)
         return (path,)
     if not path.exists():
-        raise BagError(f"{path}: no such file or folder")
+        raise BagError(f"{path}: no such file or folder{path_meant(path)}")
     for folder in (path, path / BAG):
         check_not_compressed(folder)
         if files := list(folder.glob("*.mcap")):

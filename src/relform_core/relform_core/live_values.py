@@ -17,6 +17,7 @@ from relform_core.errors import ConfigError
 from relform_core.explain import Origins, explain
 from relform_core.load import LoadedScenario
 from relform_core.schema import Schema
+from relform_core.suggestions import did_you_mean
 from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
 
 Value = float | tuple[float, ...]
@@ -87,7 +88,7 @@ class LiveSection(Generic[S]):
         written = copy.deepcopy(dict(self._written))
         for key, value in changes.items():
             if key not in self.described:
-                raise ConfigError(f"{key}: cannot be changed in flight")
+                raise ConfigError(f"{key}: cannot be changed in flight{did_you_mean(key, self.described)}")
             *parents, last = key.split(".")
             _get(written, ".".join(parents))[last] = value
         return LiveSection(self._schema, written, self.described)

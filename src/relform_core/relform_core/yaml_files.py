@@ -9,7 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from relform_core.errors import ConfigError
-from relform_core.suggestions import did_you_mean
+from relform_core.suggestions import path_meant
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
@@ -30,8 +30,7 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        beside = [each.name for each in path.parent.glob(f"*{path.suffix}")] if path.suffix else []
-        raise ConfigError(f"{path}: no such file{did_you_mean(path.name, beside)}") from None
+        raise ConfigError(f"{path}: no such file{path_meant(path)}") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

@@ -1,6 +1,7 @@
 """docs/configuration.md and the JSON Schemas: up to date, complete, and true for every shipped file."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,12 @@ def test_generated_files_are_up_to_date(path: Path) -> None:
 
 def test_folder_of_schemas_has_no_others() -> None:
     assert {path.stem for path in (CONFIG_FOLDER / SCHEMA_FOLDER).iterdir()} == set(KINDS)
+
+
+def test_links_within_the_page_lead_to_headings() -> None:
+    headings = re.findall(r"^#+ (.*)$", PAGE, re.MULTILINE)
+    anchors = {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    assert set(re.findall(r"\]\(#([^)]*)\)", PAGE)) <= anchors
 
 
 @pytest.mark.parametrize("kind", FILE_KINDS, ids=lambda kind: kind.name)

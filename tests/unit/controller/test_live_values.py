@@ -74,7 +74,12 @@ def test_changes_add_up_and_do_not_modify_the_original() -> None:
         (CONTROLLER, "weights.terminal_scale", 1e7, "must be less than or equal to 1000000 (got 10000000.0)"),
         (CONTROLLER, "weights.leader_yaw_per_rad2", math.nan, "must be a finite number (got nan)"),
         (CONTROLLER, "weights.leader_yaw_per_rad2", (1.0, 2.0), "must be a number (got [1.0, 2.0])"),
-        (CONTROLLER, "weights.thrust", 1.0, "cannot be changed in flight"),
+        (
+            CONTROLLER,
+            "weights.thrust",
+            1.0,
+            "cannot be changed in flight (did you mean 'weights.thrust_rate_per_n2'?)",
+        ),
         (CONTROLLER, "period_s", 0.1, "cannot be changed in flight"),
         (CONTROLLER, "formation.follower_1", (1.0, 2.0), "must be a list of 3 numbers (got [1.0, 2.0])"),
         (CONTROLLER, "formation.follower_1", 4.0, "must be a list of 3 numbers (got 4.0)"),

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from relform_core.errors import ConfigError
+from relform_bags.reader import bag_files
+from relform_core.errors import BagError, ConfigError
 from relform_core.formations_config import shape_from_text
 from relform_core.load import load_scenario
 from relform_core.script import CommandParser
@@ -82,6 +83,12 @@ def test_misspelt_file(tmp_path: Path) -> None:
         ConfigError, match=r"scenari\.yaml: no such file \(did you mean 'scenario\.yaml'\?\)$"
     ):
         load_scenario(tmp_path / "scenari.yaml")
+
+
+def test_misspelt_run(tmp_path: Path) -> None:
+    (tmp_path / "latest").mkdir()
+    with pytest.raises(BagError, match=r"lates: no such file or folder \(did you mean 'latest'\?\)$"):
+        bag_files(tmp_path / "lates")
 
 
 def test_misspelt_key_of_a_shape_in_a_request() -> None:
