@@ -212,7 +212,7 @@ def test_comparison_with_an_empty_bag(tmp_path: Path, capsys: pytest.CaptureFixt
     empty = tmp_path / "empty.mcap"
     empty.touch()
     assert main([str(DATA / "short_flight"), str(empty)]) == 2
-    assert capsys.readouterr().err == f"error: {empty}: not an MCAP file\n"
+    assert capsys.readouterr().err == f"error: {empty}: not an MCAP file: it is empty\n"
     with BagWriter(tmp_path / "bag", {CONFIG_ATTACHMENT: SCENARIO.effective_yaml}) as writer:
         pass
     assert main([str(DATA / "short_flight"), str(tmp_path / "bag")]) == 2

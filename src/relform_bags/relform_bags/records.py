@@ -93,7 +93,7 @@ def raw_records(file: BinaryIO, path: Path) -> Iterator[RawRecord]:
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
     if file.read(len(MAGIC)) != MAGIC:
-        raise BagError(f"{path}: not an MCAP file")
+        raise BagError(f"{path}: not an MCAP file{'' if size else ': it is empty'}")
     offset = len(MAGIC)
     while offset + RECORD_HEADER.size <= size:
         opcode, length = RECORD_HEADER.unpack(file.read(RECORD_HEADER.size))

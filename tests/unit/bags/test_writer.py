@@ -259,13 +259,15 @@ def test_path_without_a_bag(tmp_path: Path, make: object, expected: str) -> None
         find_bag(path)
 
 
-@pytest.mark.parametrize("content", [b"", b"name: paper\n", bytes(100)])
-def test_file_that_is_not_mcap(tmp_path: Path, content: bytes) -> None:
+@pytest.mark.parametrize(
+    ("content", "why"), [(b"", ": it is empty"), (b"name: paper\n", ""), (bytes(100), "")]
+)
+def test_file_that_is_not_mcap(tmp_path: Path, content: bytes, why: str) -> None:
     path = tmp_path / "bag_0.mcap"
     path.write_bytes(content)
-    with pytest.raises(BagError, match=f"^{re.escape(str(path))}: not an MCAP file$"):
+    with pytest.raises(BagError, match=f"^{re.escape(str(path))}: not an MCAP file{why}$"):
         list(read_bag(path))
-    with pytest.raises(BagError, match=f"^{re.escape(str(path))}: not an MCAP file$"):
+    with pytest.raises(BagError, match=f"^{re.escape(str(path))}: not an MCAP file{why}$"):
         recover_bag(tmp_path)
 
 
