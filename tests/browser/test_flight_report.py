@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_analysis.report.flight_page import write_flight_report
+from relform_core.telemetry import Event, ParametersSet, PerStep
 from support.logs import perfect_builder, summary_of
 from support.scenarios import paper_scenario
 
@@ -25,7 +26,10 @@ PERIOD = 0.05
 @pytest.fixture(scope="module")
 def log() -> FlightLog:
     """Five seconds along an arc, with errors that grow."""
-    log = perfect_builder(paper_scenario(), PHASES).build()
+    builder = perfect_builder(paper_scenario(), PHASES)
+    change = ParametersSet({"weights.formation_per_m2": 12.0})
+    builder.add_event(PerStep(45, 2_250_000_000, Event("/formation/controller", change)))
+    log = builder.build()
     time = log.tick_ns / 1e9
     arc = np.stack([6.0 * np.sin(0.3 * time), 6.0 - 6.0 * np.cos(0.3 * time), 0.2 * time], axis=-1)
     log.p_NB_N[:] += arc[:, None, :]
@@ -390,6 +394,26 @@ def test_bands_are_drawn_to_scale(page: Page) -> None:
         name,
     )
     assert (low, high) == pytest.approx((-1.06 * 40.0, 1.06 * 40.0), rel=1e-3)
+
+
+def test_what_happened_is_marked_and_a_click_moves_the_time(page: Page) -> None:
+    marked = drawn_near(page, "Formation error", 2.25, 0.01)
+    assert marked != drawn_near(page, "Formation error", 2.35, 0.01)
+    page.get_by_text("set weights.formation_per_m2 = 12").click()
+    assert time_of(page) == 2.25
+
+
+def test_a_plot_takes_lines_with_instants_of_their_own(page: Page) -> None:
+    """As of several flights that are compared."""
+    page.evaluate("""() => relform.plots.add(document.getElementById("plots"), {
+        title: "two flights", unit: "m", digits: 2, sets: [
+            { x: [0, 1, 2], lines: [{ name: "first", colour: "vehicle-1", values: [1, 2, 3] }] },
+            { x: [0.5, 1.5], lines: [{ name: "second", colour: "vehicle-2", dash: [4, 2], values: [4, 5] }] },
+        ],
+    })""")
+    page.evaluate("relform.playback.seek(1.7)")
+    values = plot(page, "two flights").locator(".u-series:not(:first-child) .u-value")
+    assert values.all_inner_texts() == ["2.00", "5.00"]
 
 
 def test_rare_values_leave_the_plot_and_are_marked(page: Page) -> None:
