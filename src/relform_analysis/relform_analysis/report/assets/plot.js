@@ -10,7 +10,8 @@
 // missing, and low alone where the band is symmetric about zero. colour is a variable of the style, such as vehicle-3; dash is in widths of the line.
 
 const PLOT_HEIGHT = 150, TALL_PLOT_HEIGHT = 310, TOP = 20;
-const AXIS_FONT = "10.5px system-ui, sans-serif", AXIS_WIDTH = 48, AXIS_HEIGHT = 24;
+const AXIS_WIDTH = 48, AXIS_HEIGHT = 24;
+const AXIS = { stroke: () => theme.colour("muted"), font: "10.5px system-ui, sans-serif", ticks: { show: false }, gap: 4 };
 const DENSE = 3; // more lines than this are thin
 const ABOVE_USUAL = 1.5; // upper end of a robust scale, in the largest steady value
 const FAR_OUT = 2.5; // it leaves out values only if the largest is this many times the largest steady one,
@@ -23,7 +24,10 @@ const arrayOf = (values) => (values?.shape ? unpack(values) : values);
 class Plot {
   constructor(parent, panel, group) {
     Object.assign(this, { panel, group, whole: false });
-    this.sets = panel.sets.map(({ x, lines }) => ({ x: arrayOf(x), lines: lines.map((line) => this.line(line, arrayOf(x))) }));
+    this.sets = panel.sets.map((set) => {
+      const x = arrayOf(set.x);
+      return { x, lines: set.lines.map((line) => this.line(line, x)) };
+    });
     this.lines = this.sets.flatMap(({ lines }) => lines);
     this.figure = make(parent, "figure", { class: panel.tall ? "plot tall" : "plot" });
     this.caption = make(this.figure, "figcaption");
@@ -34,7 +38,7 @@ class Plot {
     this.place = make(this.figure, "div", { class: "chart", role: "img", "aria-label": `${panel.title} over ${group.unit}` });
     this.place.style.minHeight = `${this.height}px`;
     this.visible = false;
-    new IntersectionObserver(([entry]) => this.look(entry.isIntersecting), { rootMargin: "300px" }).observe(this.figure);
+    new IntersectionObserver((entries) => this.look(entries.at(-1).isIntersecting), { rootMargin: "300px" }).observe(this.figure);
     new ResizeObserver(() => this.chart?.setSize(this.size())).observe(this.place);
   }
 
@@ -76,8 +80,6 @@ class Plot {
 
   options() {
     const { panel, group, lines } = this;
-    const axis = { stroke: () => theme.colour("muted"), font: AXIS_FONT, ticks: { show: false }, gap: 4 };
-    const grid = { stroke: () => theme.colour("line"), width: 1 };
     const width = lines.length > DENSE ? 1 : 1.5;
     return {
       ...this.size(),
@@ -95,13 +97,15 @@ class Plot {
         x: { time: false, min: group.window[0], max: group.window[1], auto: false },
         y: { distr: panel.log ? 3 : 1, range: (chart) => this.range(chart) },
       },
-      axes: [
-        { ...axis, size: AXIS_HEIGHT, space: 60, grid: { show: false }, values: (_, ticks) => ticks.map((tick) => `${tickText(tick)}${tick === 0 && group.unit ? ` ${group.unit}` : ""}`) },
-        { ...axis, grid, size: AXIS_WIDTH, space: panel.tall ? 32 : 19, ...(panel.log && { splits: (_, side, low, high) => logTicks(low, high, LOG_TICKS), filter: (_, ticks) => ticks }), values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : tickText(tick))) },
-      ],
+      axes: [this.horizontalAxis(), this.verticalAxis()],
       legend: {
         mount: (_, legend) => this.caption.append(legend),
-        markers: { width: 2, stroke: (_, index) => `var(--${lines[index - 1].colour})`, fill: () => "none", dash: (_, index) => dashName(lines[index - 1].dash) },
+        markers: {
+          width: 2,
+          stroke: (_, index) => `var(--${lines[index - 1].colour})`,
+          fill: () => "none",
+          dash: (_, index) => dashName(lines[index - 1].dash),
+        },
       },
       focus: { alpha: 0.2 },
       cursor: {
@@ -120,6 +124,18 @@ class Plot {
         }],
       },
     };
+  }
+
+  horizontalAxis() {
+    const { unit } = this.group, text = (tick) => (tick === 0 && unit ? `0 ${unit}` : tickText(tick));
+    return { ...AXIS, size: AXIS_HEIGHT, space: 60, grid: { show: false }, values: (_, ticks) => ticks.map(text) };
+  }
+
+  verticalAxis() {
+    const axis = { ...AXIS, size: AXIS_WIDTH, space: this.panel.tall ? 32 : 19, values: (_, ticks) => ticks.map(tickText) };
+    axis.grid = { stroke: () => theme.colour("line"), width: 1 };
+    if (!this.panel.log) return axis;
+    return { ...axis, splits: (_, side, low, high) => logTicks(low, high, LOG_TICKS), filter: (_, ticks) => ticks };
   }
 
   // ---- vertical scale
