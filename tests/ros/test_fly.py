@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -31,7 +32,8 @@ from support.nodes import short
 from support.processes import processes_naming, wait_until
 from support.scenarios import PAPER
 
-FLY = Path(__file__).parents[2] / "scripts/fly.py"
+WORKSPACE = Path(__file__).parents[2]
+FLY = WORKSPACE / "scripts/fly.py"
 EXIT_FAILED, EXIT_BAD_INPUT, EXIT_FAULT, EXIT_INTERRUPTED = 1, 2, 3, 130
 LONG = short(60.0)
 END_S = 3.0
@@ -40,12 +42,18 @@ END_S = 3.0
 class Fly:
     """One run of the script; the test fails if a process of it is left at the end."""
 
-    def __init__(self, folder: Path, *arguments: str, overrides: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, folder: Path, *arguments: str, overrides: tuple[str, ...] = (), by_make: bool = False
+    ) -> None:
         self.folder = folder
         self._out, self._err = folder.with_suffix(".out"), folder.with_suffix(".err")
-        command = [sys.executable, str(FLY), "--scenario", str(PAPER), "--out", str(folder), *arguments]
+        options = ["--out", str(folder), *arguments]
         for override in overrides:
-            command += ["--set", override]
+            options += ["--set", override]
+        if by_make:
+            command = ["make", "-C", str(WORKSPACE), "demo", f"ARGS={shlex.join(options)}"]
+        else:
+            command = [sys.executable, str(FLY), "--scenario", str(PAPER), *options]
         environment = {name: value for name, value in os.environ.items() if name != "ROS_DOMAIN_ID"}
         with self._out.open("wb") as out, self._err.open("wb") as err:
             self.process = subprocess.Popen(command, env=environment, stdout=out, stderr=err)
@@ -99,8 +107,9 @@ class Fly:
 def fly(tmp_path: Path) -> Iterator[Callable[..., Fly]]:
     flights: list[Fly] = []
 
-    def start(*arguments: str, overrides: tuple[str, ...] = (LONG,)) -> Fly:
-        flights.append(Fly(tmp_path / f"run {len(flights)}: #1", *arguments, overrides=overrides))
+    def start(*arguments: str, overrides: tuple[str, ...] = (LONG,), by_make: bool = False) -> Fly:
+        folder = tmp_path / f"run {len(flights)}: #1"
+        flights.append(Fly(folder, *arguments, overrides=overrides, by_make=by_make))
         return flights[-1]
 
     yield start
@@ -158,14 +167,14 @@ def test_same_seed_gives_the_same_flight_bit_for_bit(flown: dict[str, Fly]) -> N
 
 
 def test_scenario_is_equal_with_ros_without_ros_and_replayed(fly: Callable[..., Fly]) -> None:
-    """It does not need what draws it, which is killed."""
-    flight = fly("--seed", "5", "--visualize", overrides=())
+    """It is flown by `make demo`, and does not need what draws it, which is killed."""
+    flight = fly("--seed", "5", "--visualize", overrides=(), by_make=True)
     drawing = "lib/relform_bringup/visualization"
     wait_until(lambda: any(drawing in command for command in processes_naming(str(flight.folder)).values()))
     os.kill(flight.node(drawing), signal.SIGKILL)
     assert flight.end() == 0, flight.err
     assert "/visualization was killed by SIGKILL" in flight.out
-    scenario = load_scenario(PAPER, seed=5)
+    scenario = load_scenario(PAPER, ["controller=team"], seed=5)
     commands = read_flight_log(flight.folder).rotor_speeds
     assert commands.shape == (scenario.config.n_steps, 3, 4)
     assert commands.tobytes() == fly_in_process(scenario).rotor_speeds.tobytes()

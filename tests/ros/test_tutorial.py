@@ -1,26 +1,28 @@
-"""The commands of the tutorial and of the how-to pages, run one after the other as a reader would."""
+"""The commands of the tutorial and of the how-to pages, run in clean shells, as a reader would run them."""
 
 import os
 import signal
 import subprocess
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import domain_coordinator
 import pytest
 
-from relform_core.exit_codes import EXIT_INTERRUPTED
+from support.documented_commands import NOT_RUN, RUN_ELSEWHERE, WALKED
 from support.pages_with_commands import WORKSPACE, Block, make_room, sections
 from support.ports import free_port
 from support.processes import wait_until
 
-TUTORIAL = WORKSPACE / "docs/tutorial.md"
-HOW_TO = WORKSPACE / "docs/how_to.md"
+TUTORIAL, *HOW_TO = WALKED
+RECIPES = [section for page in HOW_TO for section in sections(page)]
+KEPT = ("HOME", "LANG", "USER", "ROS_AUTOMATIC_DISCOVERY_RANGE")
+"""Variables of a clean shell, beside a plain PATH."""
 TIMEOUT_S = 90.0
 
 
-@pytest.mark.parametrize("page", [TUTORIAL, HOW_TO], ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", WALKED, ids=lambda page: page.stem)
 def test_page_uses_known_notes(page: Path) -> None:
     """A block that nothing runs or saves is a ``text``."""
     blocks = [block for section in sections(page) for block in section]
@@ -34,7 +36,7 @@ def test_every_command_of_the_tutorial_works(tmp_path: Path) -> None:
     follow(sections(TUTORIAL), tmp_path)
 
 
-@pytest.mark.parametrize("section", sections(HOW_TO), ids=range(len(sections(HOW_TO))))
+@pytest.mark.parametrize("section", RECIPES, ids=range(len(RECIPES)))
 def test_every_command_of_a_recipe_works(section: list[Block], tmp_path: Path) -> None:
     """Recipes do not need each other."""
     follow([section], tmp_path)
@@ -44,16 +46,22 @@ def follow(page: list[list[Block]], folder: Path) -> None:
     """Save the files and run the commands of a page, one after the other."""
     make_room(folder)
     with domain_coordinator.domain_id() as domain:
-        environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
+        clean = {name: os.environ[name] for name in KEPT if name in os.environ}
+        environment = clean | {"PATH": "/usr/local/bin:/usr/bin:/bin", "ROS_DOMAIN_ID": str(domain)}
         for section in page:
             with ExitStack() as stack:  # what runs in the background ends with its section
                 for block in section:
                     if block.language in ("yaml", "csv"):
                         (folder / block.note).write_text(block.text)
-                    elif block.language == "sh" and block.note == "background":
-                        stack.enter_context(in_background(block, folder, environment))
-                    elif block.language == "sh":
-                        run(block, folder, environment)
+                    elif block.language == "sh" and not is_run_elsewhere(block):
+                        if block.note == "background":
+                            stack.enter_context(in_background(block, folder, environment))
+                        else:
+                            run(block, folder, environment)
+
+
+def is_run_elsewhere(block: Block) -> bool:
+    return any(command in RUN_ELSEWHERE.keys() | NOT_RUN.keys() for command in block.commands)
 
 
 def run(block: Block, folder: Path, environment: dict[str, str]) -> None:
@@ -72,21 +80,27 @@ def run(block: Block, folder: Path, environment: dict[str, str]) -> None:
 
 @contextmanager
 def in_background(block: Block, folder: Path, environment: dict[str, str]) -> Iterator[None]:
-    """Run one command until the block ends, as with Ctrl-C; a view gets a port that is free here."""
-    command = block.text.split()
-    if "scripts/live.py" in command:
-        command += ["--port", str(free_port())]
-    log = folder / f"{Path(command[1]).stem}.log"
+    """Run `make live` until the block ends, as with Ctrl-C: in one process, with a port that is free here."""
+    (command,) = block.commands
+    assert command == "make live"
+    out, log = folder / "runs/live", folder / "live.log"
     with log.open("w") as stream:
         process = subprocess.Popen(
-            command, cwd=folder, env=environment, stdout=stream, stderr=subprocess.STDOUT
+            [*command.split(), f"PORT={free_port()}", f"ARGS=--composed --out {out}"],
+            cwd=WORKSPACE,
+            env=environment,
+            stdout=stream,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,  # Ctrl-C reaches all that runs in a terminal
         )
     try:
-        wait_until(lambda: log.stat().st_size > 0 or process.poll() is not None, TIMEOUT_S)
+        wait_until(lambda: "http://" in log.read_text() or process.poll() is not None, TIMEOUT_S)
         yield
         assert process.poll() is None, log.read_text()
-        process.send_signal(signal.SIGINT)
-        assert process.wait(TIMEOUT_S) in (0, EXIT_INTERRUPTED), log.read_text()
+        os.killpg(process.pid, signal.SIGINT)
+        process.wait(TIMEOUT_S)
+        assert (out / "report.html").exists(), log.read_text()
     finally:
-        process.kill()
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
         process.wait()

@@ -2,8 +2,11 @@
 
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
+
+from relform_core.yaml_files import read_mapping
 
 WORKSPACE = Path(__file__).parents[2]
 PAGES = sorted((WORKSPACE / "docs").glob("**/*.md")) + [
@@ -28,3 +31,11 @@ def test_named_python_files_exist(page: Path) -> None:
     named = PYTHON_FILE.findall(page.read_text())
     missing = [name for name in named if not any(file.endswith(f"/{name}") for file in files)]
     assert missing == []
+
+
+def test_citation_is_that_of_this_version_and_of_the_readme() -> None:
+    """Its form was checked with cffconvert; ``preferred-citation`` is the paper."""
+    citation = read_mapping(WORKSPACE / "CITATION.cff")
+    version = ElementTree.parse(WORKSPACE / "src/relform_core/package.xml").getroot().findtext("version")
+    assert citation["version"] == version
+    assert f"]({citation['preferred-citation']['url']})" in (WORKSPACE / "README.md").read_text()

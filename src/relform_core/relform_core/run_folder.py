@@ -18,8 +18,8 @@ PAPER_FIGURES = "figures"
 class RunFolder:
     """The files of one run; none of them has to exist."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path | str) -> None:
+        path = self.path = Path(path)
         self.config = path / CONFIG_FILE
         """The effective configuration."""
         self.bag = path / BAG

@@ -40,7 +40,7 @@ class BagConfiguration:
         return load_scenario_text(self.text, f"{self.bag}: its attachment {CONFIG_ATTACHMENT}", overrides)
 
 
-def find_configuration(bag: Path, given: Path | str | None = None) -> BagConfiguration:
+def find_configuration(bag: Path | str, given: Path | str | None = None) -> BagConfiguration:
     """The given configuration, else the bag's attachment, else a ``config.yaml`` beside the bag.
 
     Args:
@@ -49,6 +49,7 @@ def find_configuration(bag: Path, given: Path | str | None = None) -> BagConfigu
     Raises:
         BagError: no configuration is found, or the bag cannot be read.
     """
+    bag = Path(bag)
     if given is not None:
         return BagConfiguration(bag, given)
     if (text := read_attachments(bag).get(CONFIG_ATTACHMENT)) is not None:

@@ -43,7 +43,7 @@ class Cell:
     """Whether the mean keeps the paper's bound; None: the paper states none."""
 
 
-def write_sweep_report(path: Path, sweep: Sweep) -> None:
+def write_sweep_report(path: Path | str, sweep: Sweep) -> None:
     """Write the report of a sweep.
 
     Raises:

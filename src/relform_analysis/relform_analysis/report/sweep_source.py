@@ -31,7 +31,7 @@ def is_sweep(path: Path) -> bool:
     return path.name == SWEEP_FILE or (path / SWEEP_FILE).is_file()
 
 
-def read_sweep(path: Path) -> Sweep:
+def read_sweep(path: Path | str) -> Sweep:
     """Read a concluded sweep.
 
     Args:
@@ -39,6 +39,7 @@ def read_sweep(path: Path) -> Sweep:
     Raises:
         RelformError: one line: what is missing or cannot be used.
     """
+    path = Path(path)
     folder = path.parent if path.name == SWEEP_FILE else path
     report = read_json(folder / SWEEP_FILE)
     table = folder / TABLE
