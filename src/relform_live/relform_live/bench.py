@@ -21,6 +21,7 @@ from relform_core.errors import ConfigError
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry
 from relform_core.names import EstimatorMode, SolverState
+from relform_core.rotation import quaternion_from_yaw
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.script import CommandParser, command, positive
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearings
@@ -40,7 +41,6 @@ from relform_live.scene.track import turned
 from relform_live.viewer.flight_page import FlightPage
 from relform_live.viewer.panel import Panel
 from relform_live.viewer.server import serving, url
-from relform_sensors.rotation import quaternion_from_yaw
 
 if TYPE_CHECKING:
     import viser

@@ -6,14 +6,14 @@ import numpy as np
 
 from relform_core.arrays import Array
 from relform_core.measurements import Odometry
-from relform_core.sensors.imu import Imu, ImuConfig
-from relform_core.units import NANOSECONDS_PER_SECOND
-from relform_sensors.model import Carrier, Read
-from relform_sensors.rotation import (
+from relform_core.rotation import (
     quaternion_from_rotation_vector,
     quaternion_from_yaw,
     quaternion_product,
 )
+from relform_core.sensors.imu import Imu, ImuConfig
+from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_sensors.model import Carrier, Read
 
 UNKNOWN_YAW_VARIANCE = math.pi**2 / 3.0
 """Variance of an unknown yaw, uniform in (-pi, pi] [rad^2]."""

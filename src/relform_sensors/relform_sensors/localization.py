@@ -6,10 +6,10 @@ import numpy as np
 
 from relform_core.events_config import LocalizationJump
 from relform_core.measurements import UNMEASURED_VARIANCE, Odometry
+from relform_core.rotation import quaternion_from_rotation_vector, quaternion_product
 from relform_core.sensors.localization import LocalizationConfig
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sensors.model import Carrier, Read
-from relform_sensors.rotation import quaternion_from_rotation_vector, quaternion_product
 
 
 class LocalizationSensor:

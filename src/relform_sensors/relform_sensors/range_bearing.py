@@ -7,11 +7,11 @@ import numpy as np
 
 from relform_core.events_config import Occlusion, Outliers
 from relform_core.measurements import Odometry
+from relform_core.rotation import rotation_matrix, wrap_angle
 from relform_core.schema import Vector3
 from relform_core.sensors.range_bearing import RangeBearing, RangeBearingConfig, RangeBearings
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_sensors.model import Carrier, Read
-from relform_sensors.rotation import rotation_matrix, wrap_angle
 
 UNKNOWN_ANGLE_STD = math.pi / math.sqrt(3.0)
 """Standard deviation of an unknown angle, uniform in (-pi, pi] [rad]."""

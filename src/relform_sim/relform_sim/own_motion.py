@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from relform_core.arrays import Array
+from relform_core.rotation import rotation_matrix
 from relform_core.sensors.sonar import Sonar
 from relform_core.units import GRAVITY
 from relform_sim.landmarks import Landmarks
@@ -91,7 +92,7 @@ class OwnMotion:
 
     def rest(self, readings: Readings) -> None:
         """The vehicle stands on the ground: a new origin."""
-        self.R_NB = _rotation(readings.imu.q_NB)
+        self.R_NB = rotation_matrix(readings.imu.q_NB)
         self._before = self.R_NB
         for axis, position in zip(self._axes, (0.0, 0.0, self._leg_height), strict=True):
             axis.reset(position)
@@ -106,7 +107,7 @@ class OwnMotion:
             has_landmarks: whether its neighbours hold their places.
         """
         imu, optic_flow, sonar = readings.imu, readings.optic_flow, readings.sonar
-        self.R_NB = _rotation(imu.q_NB)
+        self.R_NB = rotation_matrix(imu.q_NB)
         # The force of the interval, in the body frame as it is at its end, turned with the mean attitude.
         mean = self.R_NB if self._before is None else 0.5 * (self._before + self.R_NB)
         self._before = self.R_NB
@@ -136,15 +137,3 @@ class OwnMotion:
             height.measure_position(sonar.range_min, SONAR_STD**2)
         if height.position < self._leg_height:
             height.measure_position(self._leg_height, SONAR_STD**2)
-
-
-def _rotation(q_NB: Array) -> Array:
-    """R_NB of a unit quaternion (x, y, z, w), shape (3, 3)."""
-    x, y, z, w = q_NB.tolist()
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )

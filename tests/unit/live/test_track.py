@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from relform_analysis.flight.tracking_errors import yaw_of
+from relform_core.rotation import quaternion_from_yaw
 from relform_live.scene.track import SAMPLES_MAX, Pose, Track, turned
-from relform_sensors.rotation import quaternion_from_yaw
 
 
 def pose(stamp_ns: int, x: float, yaw: float = 0.3) -> Pose:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from relform_core.arrays import Array
+from relform_core.rotation import quaternion_from_yaw, quaternion_product, rotation_matrix
 from relform_core.telemetry import TeamReference, TeamState
-from relform_sensors.rotation import quaternion_from_yaw, quaternion_product, rotation_matrix
 
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 

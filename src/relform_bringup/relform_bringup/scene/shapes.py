@@ -11,8 +11,8 @@ from relform_bringup.scene.poses import LEVEL, Pose, upright
 from relform_bringup.scene.urdf import rotor_places
 from relform_core.arrays import Array
 from relform_core.constraints_config import BoxObstacle, Obstacle, SphereObstacle
+from relform_core.rotation import rotation_matrix
 from relform_core.scenario_config import ScenarioConfig
-from relform_sensors.rotation import rotation_matrix
 
 NO_POINTS = np.empty((0, 3))
 ARM_WIDTH, LINK_WIDTH = 0.02, 0.01

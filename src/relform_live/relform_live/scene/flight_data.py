@@ -11,6 +11,7 @@ from relform_core.arrays import Array
 from relform_core.flight_modes import TeamMode
 from relform_core.measurements import Odometry
 from relform_core.names import EstimatorMode, SolverState
+from relform_core.rotation import quaternion_from_yaw
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.range_bearing import RangeBearings
 from relform_core.telemetry import (
@@ -27,7 +28,6 @@ from relform_core.telemetry import (
 )
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_live.scene.track import Pose, Track, turned
-from relform_sensors.rotation import quaternion_from_yaw
 
 LOG_LINES = 40
 ALARMS = frozenset({TeamMode.FAILSAFE, TeamMode.STOPPED})

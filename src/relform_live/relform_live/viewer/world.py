@@ -9,11 +9,11 @@ import viser
 
 from relform_core.arrays import Array
 from relform_core.constraints_config import BoxObstacle, Obstacle, SphereObstacle
+from relform_core.rotation import quaternion_from_yaw
 from relform_live.scene import colours, quadrotor_mesh
 from relform_live.scene.quadrotor_mesh import Mesh
 from relform_live.scene.stage import AHEAD_POINTS, Picture, Poses, Stage
 from relform_live.scene.trail import Trail
-from relform_sensors.rotation import quaternion_from_yaw
 
 ROOT = "/flight"
 ARM_MIN = 0.12

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from relform_sensors.rotation import (
+from relform_core.rotation import (
     quaternion_from_rotation_vector,
     quaternion_from_yaw,
     quaternion_product,

@@ -1,4 +1,4 @@
-"""Unit quaternions (x, y, z, w) and angles, as the sensors need them."""
+"""Unit quaternions (x, y, z, w), rotation matrices and angles."""
 
 import math
 
