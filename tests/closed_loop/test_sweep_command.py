@@ -81,26 +81,6 @@ def test_changed_keys_are_in_every_result(tmp_path: Path) -> None:
     assert "start.yaw_deg=20" in page
 
 
-def test_a_grid_grows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    torque, steps = "controller.weights.torque_per_n2_m2", "controller.horizon_steps"
-    command = arguments(tmp_path, 1, "--grid", f"{torque}=4,40", "--grid")
-    assert main([*command, f"{steps}=12"]) == 0
-    first = files_of(tmp_path)
-    assert list(first) == ["torque-40_horizon_steps-12-s3.json", "torque-4_horizon_steps-12-s3.json"]
-    capsys.readouterr()
-
-    assert main([*command, f"{steps}=12,15"]) == 0
-    told = capsys.readouterr()
-    assert "4 variants with 1 seed each: 4 flights\nflying: 4 flights, 2 of them flown before\n" in told.err
-    assert "formation (m), mean: torque down, horizon_steps across" in told.out
-    assert files_of(tmp_path).items() >= first.items()
-    variants = json.loads((tmp_path / "sweep.json").read_text())["variants"]
-    assert [variant["parameters"] for variant in variants] == [
-        {torque: 4, steps: 12}, {torque: 4, steps: 15}, {torque: 40, steps: 12}, {torque: 40, steps: 15},
-    ]  # fmt: skip
-    assert len({variant["metrics"]["steady_mean_m"]["mean"] for variant in variants}) == 4
-
-
 def test_a_worker_that_is_killed_costs_one_run(tmp_path: Path) -> None:
     command = arguments(tmp_path, 12, seconds=1.0)
     with started(*command) as sweep:

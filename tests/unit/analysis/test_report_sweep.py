@@ -104,13 +104,23 @@ def test_table_is_sweep_json(folder: Path) -> None:
     assert (page.data["numbers"]["steady_mean_m"]["variants"][0]["holds"], bold["holds"]) == (True, False)
 
 
-def test_another_scenario_than_the_papers_is_not_beside_the_paper(folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("scenario", "overrides"),
+    [("circle.yaml", []), ("paper.yaml", ["vehicle=crazyflie"]), ("paper.yaml", ["phases.0.duration_s=2"])],
+)
+def test_another_scenario_than_the_papers_is_not_beside_the_paper(
+    folder: Path, scenario: str, overrides: list[str]
+) -> None:
     file = folder / "sweep.json"
-    file.write_text(file.read_text().replace("paper.yaml", "circle.yaml"))
+    report = json.loads(file.read_text()) | {"scenario": scenario, "set": overrides}
+    file.write_text(json.dumps(report))
     page = Page(sweep_page(read_sweep(folder)))
-    assert page.data["numbers"]["steady_mean_m"]["claim"] is None
+    number = page.data["numbers"]["steady_mean_m"]
+    assert (number["claim"], number["variants"][1]["holds"]) == (None, None)
     assert "the paper" not in page.text
     assert re.findall(r'class="missed">([^<]*)<', page.html) == ["4/5"]
+    file.write_text(json.dumps(report | {"scenario": "paper", "set": ["controller=team"]}))
+    assert Page(sweep_page(read_sweep(folder))).data["numbers"]["steady_mean_m"]["claim"] == 0.068
 
 
 def test_every_lost_flight_is_named_with_its_reason(folder: Path) -> None:

@@ -15,13 +15,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from relform_analysis.flight.archive import read_log
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.summary import Json
 from relform_analysis.sweep import runs as sweep
+from relform_analysis.sweep.console import print_report
 from relform_analysis.sweep.flight_row import fly, identity
 from relform_analysis.sweep.folder import SWEEP_FILE, TABLE, SweepFolder, write_table
+from relform_analysis.sweep.grid import grid_variants, parse_grid
 from relform_analysis.sweep.plan import Run, load_variants, plan_runs
 from relform_analysis.sweep.runs import fly_all, in_order, resume
 from relform_analysis.sweep.software import ROOTS, flight_software, imported
@@ -268,6 +271,31 @@ def test_more_seeds_and_variants_add_to_a_sweep(tmp_path: Path, flown: list[str]
     fly_here(short_runs(1), tmp_path)
     assert len(fly_here(short_runs(2, variants=(BASE, LOOSE)), tmp_path)) == 4
     assert sorted(flown) == ["base-s1", "base-s2", "loose-s1", "loose-s2"]
+
+
+def test_a_grid_grows(tmp_path: Path, flown: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    torque, steps = "controller.weights.torque_per_n2_m2", "controller.horizon_steps"
+
+    def fly_grid(*options: str) -> Json:
+        variants = grid_variants(parse_grid(options))
+        rows = fly_here(plan_runs(PAPER, variants, (short_phases(0.25),), [1, 2]), tmp_path)
+        return SweepFolder(tmp_path).conclude("s.yaml", (), variants, rows, {})
+
+    fly_grid(f"{torque}=4,40", f"{steps}=12")
+    flown.clear()
+    report = fly_grid(f"{torque}=4,40", f"{steps}=12,15")
+    assert sorted(flown) == [
+        "torque-40_horizon_steps-15-s1", "torque-40_horizon_steps-15-s2",
+        "torque-4_horizon_steps-15-s1", "torque-4_horizon_steps-15-s2",
+    ]  # fmt: skip
+    assert [variant["parameters"] for variant in report["variants"]] == [
+        {torque: 4, steps: 12}, {torque: 4, steps: 15}, {torque: 40, steps: 12}, {torque: 40, steps: 15},
+    ]  # fmt: skip
+    print_report(report, Console(width=120))
+    printed = capsys.readouterr().out
+    assert "formation (m), mean: torque down, horizon_steps across" in printed
+    rows = [line.split() for line in printed.splitlines()]
+    assert ["40", "0.01", "(1/2", "completed)", "0.01", "(1/2", "completed)"] in rows  # seed 2 crashes
 
 
 def test_all_code_that_flies_a_run_is_in_its_fingerprint(tmp_path: Path) -> None:

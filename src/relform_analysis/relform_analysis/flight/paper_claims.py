@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-PAPER_SCENARIO = "paper"
-"""The name of the scenario that is the paper's evaluation."""
 FORMATION_STEADY_MEAN_M = 0.068
 """The paper: in steady state and on average the formation error norms are smaller than this."""
 FORMATION_STEADY_MAX_M = 0.015

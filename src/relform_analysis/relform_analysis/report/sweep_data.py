@@ -58,7 +58,9 @@ def sweep_data(sweep: Sweep, numbers: Sequence[ComparedNumber], with_paper: bool
                 "unit": number.unit,
                 "digits": number.digits,
                 "variants": [
-                    _distribution(number, completed[variant["name"]], variant["metrics"].get(number.key))
+                    _distribution(
+                        number, completed[variant["name"]], variant["metrics"].get(number.key), with_paper
+                    )
                     for variant in variants
                 ],
             }
@@ -110,7 +112,10 @@ def _distinct(values: Sequence[Any]) -> list[Any]:
 
 
 def _distribution(
-    number: ComparedNumber, rows: Sequence[Mapping[str, Any]], statistics: Mapping[str, Any] | None
+    number: ComparedNumber,
+    rows: Sequence[Mapping[str, Any]],
+    statistics: Mapping[str, Any] | None,
+    with_paper: bool,
 ) -> Json | None:
     values = [
         (int(row["seed"]), number.factor * row[number.key])
@@ -128,7 +133,7 @@ def _distribution(
         "ci95": [_short(number.factor * bound) for bound in statistics["ci95"]]
         if statistics["ci95"]
         else None,
-        "holds": number.holds(statistics["mean"]),
+        "holds": number.holds(statistics["mean"]) if with_paper else None,
     }
 
 

@@ -1,11 +1,12 @@
 """The report of a sweep: plots over its grid, a table of its variants, and how each number is distributed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, PAPER_SCENARIO, ComparedNumber
+from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE, ComparedNumber
+from relform_analysis.flight.paper_scenario import PAPER, SECTIONS
 from relform_analysis.flight.summary import Json
 from relform_analysis.report.page import render
 from relform_analysis.report.sweep_data import grid_axes, is_constant, known_numbers, sweep_data
@@ -61,7 +62,7 @@ def sweep_page(sweep: Sweep) -> str:
     headline = [number for number in compared if number.key in LABELS]
     constant = [number for number in compared if is_constant(number, variants)]
     parameters = grid_axes(variants)["parameters"]
-    with_paper = Path(sweep.report["scenario"]).stem == PAPER_SCENARIO
+    with_paper = _is_paper(sweep.report, [parameter["key"] for parameter in parameters])
     return render(
         "sweep.html",
         SCRIPTS,
@@ -70,7 +71,7 @@ def sweep_page(sweep: Sweep) -> str:
         title=_title(sweep),
         scenario=sweep.report["scenario"],
         overrides=sweep.report.get("set", []),
-        tiles=_tiles(variants[0]) if len(variants) == 1 else [],
+        tiles=_tiles(variants[0], with_paper) if len(variants) == 1 else [],
         variants=variants,
         only=variants[0] if len(variants) == 1 else None,
         parameters=parameters,
@@ -103,13 +104,20 @@ def _title(sweep: Sweep) -> str:
     return titles.pop() if len(titles) == 1 else Path(sweep.report["scenario"]).stem
 
 
-def _tiles(variant: Json) -> list[Tile]:
+def _is_paper(report: Json, parameters: Sequence[str]) -> bool:
+    """Whether all variants together are the paper's scenario, with any controller."""
+    changed = (*report.get("set", []), *parameters)
+    return Path(report["scenario"]).stem == PAPER and not any(key.startswith(SECTIONS) for key in changed)
+
+
+def _tiles(variant: Json, with_paper: bool) -> list[Tile]:
     metrics = variant["metrics"]
     notes = {}
     for number in COMPARED:
         low, high = (metrics.get(number.key) or {}).get("ci95") or (None, None)
         notes[number.key] = "mean" if low is None else f"mean; {number.bare(low)} … {number.bare(high)}"
-    return headline_tiles(lambda key: (metrics.get(key) or {"mean": None})["mean"], notes)
+    tiles = headline_tiles(lambda key: (metrics.get(key) or {"mean": None})["mean"], notes)
+    return tiles if with_paper else [replace(tile, holds=None) for tile in tiles]
 
 
 def _cell(number: ComparedNumber, variant: Json, with_paper: bool) -> Cell:
