@@ -10,7 +10,7 @@ from pathlib import Path
 import domain_coordinator
 import pytest
 
-from support.documented_commands import NOT_RUN, RUN_ELSEWHERE, WALKED
+from support.documented_commands import WALKED, is_listed
 from support.pages_with_commands import WORKSPACE, Block, make_room, sections
 from support.ports import free_port
 from support.processes import wait_until
@@ -53,15 +53,11 @@ def follow(page: list[list[Block]], folder: Path) -> None:
                 for block in section:
                     if block.language in ("yaml", "csv"):
                         (folder / block.note).write_text(block.text)
-                    elif block.language == "sh" and not is_run_elsewhere(block):
+                    elif block.language == "sh" and not any(map(is_listed, block.commands)):
                         if block.note == "background":
                             stack.enter_context(in_background(block, folder, environment))
                         else:
                             run(block, folder, environment)
-
-
-def is_run_elsewhere(block: Block) -> bool:
-    return any(command in RUN_ELSEWHERE.keys() | NOT_RUN.keys() for command in block.commands)
 
 
 def run(block: Block, folder: Path, environment: dict[str, str]) -> None:

@@ -52,6 +52,8 @@ RUN_ELSEWHERE = {
     "scripts/report.py runs/first runs/second": f"{_REPORT}::test_two_recorded_flights_beside_each_other",
     "scripts/report.py tests/data/short_flight tests/data/older_flight --json comparison.json": f"{_REPORT}::test_two_recorded_flights_beside_each_other",
     "scripts/report.py runs/ablation:full runs/ablation:one_step-s3": "tests/unit/analysis/test_compared_sweep.py::test_flight_of_a_variant_is_the_one_that_the_sweep_flew",
+    "scripts/replay.py tests/data/short_flight --set controller.weights.torque_per_n2_m2=20 --out runs/replayed": f"{_REPORT}::test_replay_beside_its_recording",
+    "scripts/report.py tests/data/short_flight runs/replayed": f"{_REPORT}::test_replay_beside_its_recording",
     # docs/scenarios.md, docs/sweep.md
     "scripts/fly.py --scenario twelve": _SHAPES,
     "scripts/fly.py --scenario twelve --composed": _SHAPES,
@@ -115,3 +117,9 @@ NOT_RUN = {
     "ros2 launch relform_bringup flight.launch.py scenario:=paper output:=runs/launched visualize:=true": _LAUNCH,
 }
 """By command, the reason."""
+_PYTHON = ".venv/bin/python "
+
+
+def is_listed(command: str) -> bool:
+    """Whether another test than that of the walk runs a command, or none does."""
+    return command.removeprefix(_PYTHON) in RUN_ELSEWHERE or command in NOT_RUN

@@ -9,7 +9,7 @@ import pytest
 
 from relform_analysis.sweep.plan import load_variants
 from relform_core.load import load_scenario
-from support.documented_commands import CONSOLE, NOT_RUN, PAGES, RUN_ELSEWHERE, WALKED
+from support.documented_commands import CONSOLE, NOT_RUN, PAGES, RUN_ELSEWHERE, WALKED, is_listed
 from support.pages_with_commands import WORKSPACE, Block, blocks
 
 PYTHON = ".venv/bin/python "
@@ -26,10 +26,6 @@ SHOWN = {
 }
 
 
-def is_listed(command: str) -> bool:
-    return command.removeprefix(PYTHON) in RUN_ELSEWHERE or command in NOT_RUN
-
-
 WALKED_COMMANDS = {
     command
     for page in WALKED
@@ -41,7 +37,7 @@ WALKED_COMMANDS = {
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_command_is_run_or_has_a_reason(page: Path) -> None:
-    """Show the command on a page of ``WALKED``, or add it to support/documented_commands.py."""
+    """Show the command on a page of ``WALKED``, or add it to tests/support/documented_commands.py."""
     shown = [command for block in blocks(page) if block.language == "sh" for command in block.commands]
     assert [each for each in shown if not is_listed(each) and each not in WALKED_COMMANDS] == []
 
