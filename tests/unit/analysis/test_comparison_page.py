@@ -46,3 +46,5 @@ def test_flight_that_did_not_complete_says_so(outcome: str) -> None:
     second.summary["outcome"], second.summary["reason"] = outcome, "follower_1 touched the ground"
     page = Page(comparison_page(compare([first, second])))
     assert ("fault follower_1 touched the ground" in page.text) == (outcome == "fault")
+    early = "two ended early (follower_1 touched the ground): its numbers are of the time before."
+    assert (early in page.text) == (outcome == "fault")

@@ -10,7 +10,7 @@ from relform_analysis.comparison.configuration import Difference, configuration_
 from relform_analysis.comparison.flights import ComparedFlight
 from relform_analysis.comparison.quantities import Course, courses
 from relform_analysis.comparison.results import Result, phase_results, results
-from relform_analysis.flight.summary import Json
+from relform_analysis.flight.summary import Json, Outcome
 from relform_core.errors import FlightError
 
 FORMAT_VERSION = 1
@@ -52,9 +52,18 @@ def compare(flights: Sequence[ComparedFlight]) -> Comparison:
         results=tuple(results(common)),
         phases={name: phase_results(common, name) for name in common.phases},
         courses=tuple(over_time),
-        limits=(*common.limits, *lacking),
+        limits=(*_early_ends(flights), *common.limits, *lacking),
         equal=all(_equal(flights[0], flight) for flight in flights[1:]),
     )
+
+
+def _early_ends(flights: Sequence[ComparedFlight]) -> list[str]:
+    """Flights that ended by a fault or a failure: errors until then mean little."""
+    return [
+        f"{flight.label} ended early ({flight.summary['reason']}): its numbers are of the time before."
+        for flight in flights
+        if flight.summary["outcome"] in (Outcome.FAULT, Outcome.FAILED)
+    ]
 
 
 def _equal(first: ComparedFlight, second: ComparedFlight) -> bool:

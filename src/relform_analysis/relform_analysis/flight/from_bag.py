@@ -73,12 +73,7 @@ def read_flight_log(path: Path | str, configuration: Path | str | None = None) -
     scenario = find_configuration(bag, configuration).load()
     builder = FlightLogBuilder(scenario)
     takers = message_takers(builder, scenario.config)
-    for entry in read_bag(bag, takers):
-        if isinstance(entry, BagMessage):
-            try:
-                takers[entry.topic](decode(entry))
-            except MessageError as error:
-                raise BagError(f"{bag}: {entry.topic}: {error}") from None
+    _take(bag, takers)
     if missing := builder.missing():
         raise BagError(f"{bag}: no flight in it: {missing}")
     return builder.build()
@@ -90,9 +85,18 @@ def read_ground_truth(bag: Path, builder: FlightLogBuilder, config: ScenarioConf
     Raises:
         BagError: one line: a message cannot be used, or the bag cannot be read.
     """
+    topics = {vehicle_topic(vehicle, GROUND_TRUTH) for vehicle in config.team.vehicles}
     takers = message_takers(builder, config)
-    topics = [vehicle_topic(vehicle, GROUND_TRUTH) for vehicle in config.team.vehicles]
-    for entry in read_bag(bag, topics):
+    _take(bag, {topic: take for topic, take in takers.items() if topic in topics})
+
+
+def _take(bag: Path, takers: Mapping[str, Callable[[Any], None]]) -> None:
+    """Give every message of a bag to what takes its topic.
+
+    Raises:
+        BagError: one line: a message cannot be used, or the bag cannot be read.
+    """
+    for entry in read_bag(bag, takers):
         if isinstance(entry, BagMessage):
             try:
                 takers[entry.topic](decode(entry))

@@ -87,7 +87,7 @@ def flight_figure(log: FlightLog, metrics: FlightMetrics) -> Figure:
     else:
         _write_early_end(figure, end, metrics)
     formation = figure.add_axes((0.05, 0.32, FORMATION_WIDTH, 0.175))
-    grid = figure.add_gridspec(1, 3, left=0.05, right=0.97, bottom=0.055, top=0.24, wspace=0.28)
+    grid = figure.add_gridspec(1, 3, left=0.05, right=0.955, bottom=0.055, top=0.24, wspace=0.28)
     panels = [formation, *(figure.add_subplot(grid[0, column]) for column in range(3))]
     draws = (_draw_formation, _draw_leader, _draw_rotors, _draw_solver)
     for axes, draw in zip(panels, draws, strict=True):
@@ -111,7 +111,9 @@ def _phase_titles(log: FlightLog) -> str:
 def _early_end(log: FlightLog) -> str | None:
     """Why a flight did not reach its end, with the time; None: it did."""
     if log.faults:
-        return f"ended at {log.flown:.1f} s:\n{log.faults[0].source}: {log.faults[0].description}"
+        source, reason = log.faults[0].source, log.faults[0].description
+        named = reason if source in reason else f"{source}: {reason}"
+        return f"ended at {log.flown:.1f} s\n{named}"
     config = log.scenario.config
     reached = int(log.step_ns[-1]) // config.period_ns + 1
     return None if reached >= config.n_steps else f"ends at {log.flown:.1f} s"
