@@ -1,7 +1,4 @@
-"""The pictures of reports in docs/images: of a flight, of flights side by side, and of a sweep.
-
-Beside them the picture of a flight that ``fly`` draws.
-"""
+"""The pictures of reports in docs/images: of a flight, of flights side by side, and of a sweep."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,7 +10,6 @@ from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.simulate import fly_in_process
 from relform_analysis.flight.summary import build_summary
-from relform_analysis.plots.flight_picture import draw_flight
 from relform_analysis.report.comparison_page import write_comparison
 from relform_analysis.report.flight_page import write_flight_report
 from relform_analysis.report.flight_source import ending_from_log
@@ -23,7 +19,6 @@ from relform_analysis.report.sweep_source import read_sweep
 from relform_analysis.sweep.command import main as sweep
 from relform_core.errors import RelformError
 from relform_core.load import load_scenario
-from relform_core.run_folder import FIGURE_FILE
 from relform_core.script import CommandParser, command
 
 IMAGES = Path("docs/images")
@@ -50,11 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     out: Path = parser.parse_args(arguments).out
     with TemporaryDirectory() as folder:
-        flights = _flights()
-        first = flights[0].log
-        draw_flight(first, flight_metrics(first), out / FIGURE_FILE)
-        print(out / FIGURE_FILE, flush=True)
-        for name, report in _reports(Path(folder), flights):
+        for name, report in _reports(Path(folder)):
             picture = out / f"report_{name}.png"
             width, height = SIZES_PX[name]
             take(report, picture, width, height, time=None if name == "sweep" else SHOWN_AT)
@@ -62,16 +53,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _flights() -> list[ComparedFlight]:
-    return [
+def _reports(folder: Path) -> Iterator[tuple[str, Path]]:
+    """Name and file of each kind of report."""
+    flights = [
         _flown("team estimator", "controller=team"),
         _flown("raw feedback", "controller=retuned"),
         _flown("cold start", "controller=retuned", "controller.solver.sqp_steps_max=1"),
     ]
-
-
-def _reports(folder: Path, flights: Sequence[ComparedFlight]) -> Iterator[tuple[str, Path]]:
-    """Name and file of each kind of report."""
     first = flights[0]
     write_flight_report(folder / "flight.html", first.log, first.summary)
     yield "flight", folder / "flight.html"
