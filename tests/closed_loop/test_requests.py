@@ -5,7 +5,7 @@ import math
 import os
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from relform_analysis.flight.metrics import separations
@@ -28,7 +28,7 @@ SCENARIO = load_scenario(
 SETTLED_S = 2.0
 """Time that is flown after the last request."""
 NEXT = {
-    TeamMode.IDLE: {TeamMode.TAKING_OFF},
+    TeamMode.IDLE: {TeamMode.TAKING_OFF, TeamMode.LANDING},  # asked to take off and to land in one step
     TeamMode.TAKING_OFF: {TeamMode.HOVERING, TeamMode.LANDING},
     TeamMode.HOVERING: {TeamMode.FLYING, TeamMode.LANDING},
     TeamMode.FLYING: {TeamMode.HOVERING, TeamMode.LANDING},
@@ -89,6 +89,8 @@ def ask(director: FlightDirector, act: Act) -> None:
 
 @settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(plans)
+@example([(RequestMade(TeamRequest.EMERGENCY_LAND), 0.0)])
+@example([(RequestMade(TeamRequest.TAKE_OFF), 0.05), (RequestMade(TeamRequest.EMERGENCY_LAND), 0.0)])
 def test_any_sequence_of_requests_is_flown_or_refused(plan: list[tuple[Act, float]]) -> None:
     director = FlightDirector(SCENARIO.config)
     queue = [(RequestMade(TeamRequest.TAKE_OFF), 0.0), *plan]

@@ -209,16 +209,21 @@ class FlightDirector:
     def _land_vehicles(self) -> Standby:
         assert self._landing is not None
         requests = self._landing.requests(self._since(self._landing_ns))
-        modes = self.vehicle_modes
-        if all(mode in _ON_THE_GROUND for mode in modes.values()):
+        if all(map(self._has_landed, self._status.values())):
             self._landing = None
-            stopped = [name for name, mode in modes.items() if mode is VehicleMode.STOPPED]
+            stopped = [name for name, mode in self.vehicle_modes.items() if mode is VehicleMode.STOPPED]
             if stopped:
                 self._enter(TeamMode.STOPPED, f"{stopped[0]} is stopped: {self._status[stopped[0]].reason}")
             else:
                 self._enter(TeamMode.IDLE, self.reason)
                 self._prepare_flight()
         return self._standby(requests, "the vehicles to land")
+
+    def _has_landed(self, status: FlightStatus) -> bool:
+        """Whether a vehicle that was asked to land says that it is on the ground; before, it may rise."""
+        asked_ns = self._landing_ns + self._config.command_lead_ns + self._config.period_ns
+        is_answer = status.stamp_ns > asked_ns or status.mode is VehicleMode.STOPPED
+        return is_answer and status.mode in _ON_THE_GROUND
 
     def _since(self, begin_ns: int) -> float:
         """Time from an instant to the present step [s]."""
