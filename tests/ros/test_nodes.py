@@ -90,17 +90,20 @@ def test_the_controller_starts_by_its_former_name_with_a_warning() -> None:
 
 
 @pytest.mark.parametrize("name", ["follower_1", "clock"])
-def test_node_of_the_same_name_elsewhere_is_named(name: str, tmp_path: Path, domain_id: int) -> None:
+def test_node_of_the_same_name_elsewhere_is_named(
+    name: str, tmp_path: Path, domain_id: int, observer: Observer
+) -> None:
     scenario, other = paper_scenario(short(0.5)), tmp_path / "other"
     other.mkdir()
     full_name = "/sim/clock" if name == "clock" else vehicle_node(name)
     with Nodes(scenario, other, domain_id) as left_over, Nodes(scenario, tmp_path, domain_id) as nodes:
         left_over.start(name)
+        observer.until(lambda: full_name in observer.nodes)
         for each in (*VEHICLES, "controller", "clock"):
             nodes.start(each)
         code, errors = nodes.end("clock")
     assert code == EXIT_ERROR
-    assert errors == (
+    assert errors.endswith(
         f"/sim/clock: more than one node is called {full_name}: "
         "stop the nodes that do not belong to this flight\n"
     )

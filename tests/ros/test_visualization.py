@@ -79,13 +79,13 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Seen]:
         )
         nodes.start("visualization")
         observer.until(lambda: all(seen.descriptions.values()))
-        of_node = observer.node.get_publisher_names_and_types_by_node("visualization", "/")
-        seen.published.update({topic: type_name for topic, (type_name,) in of_node})
         for name in (*TEAM, "controller", "clock"):
             nodes.start(name)
         flying = [nodes.processes[name] for name in (*TEAM, "controller", "clock")]
         observer.until(lambda: all(process.poll() is not None for process in flying))
         assert [process.returncode for process in flying] == [0] * 5
+        of_node = observer.node.get_publisher_names_and_types_by_node("visualization", "/")
+        seen.published.update({topic: type_name for topic, (type_name,) in of_node})
         nodes.processes["visualization"].send_signal(signal.SIGINT)
         assert nodes.end("visualization")[0] == 0
         yield seen

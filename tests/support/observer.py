@@ -37,6 +37,12 @@ class Observer:
         finally:
             observer.close()
 
+    @property
+    def nodes(self) -> set[str]:
+        """Fully qualified names of the nodes that it sees."""
+        found = self.node.get_node_names_and_namespaces()
+        return {f"{namespace.rstrip('/')}/{name}" for name, namespace in found}
+
     def collect(self, type_: Any, topic: str, qos: Any = LOCKSTEP) -> list[Any]:
         """A list that fills with the messages of a topic."""
         messages: list[Any] = []

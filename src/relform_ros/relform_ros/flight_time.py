@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from relform_core.units import NANOSECONDS_PER_SECOND
 
-REMEMBERED_TICKS = 64
-"""Of so many ticks the one that came fastest tells the time: short enough that clocks of two machines, which
-go differently by 100 millionths at most, stay within a millisecond at any period up to 0.1 s."""
+REMEMBERED_TICKS = 8
+"""Of so many ticks the one that came fastest tells the time: several, because a tick may be late, and few,
+because the clock may hold the next ones back for good."""
 
 
 class FlightTime:
@@ -16,7 +16,6 @@ class FlightTime:
 
     The tick of step k tells that k periods have passed. Its way takes time, and sometimes much: so the tick
     that came earliest for its step counts, of the last ones. The time lags by the shortest way of a tick.
-    A tick that is more than a period late begins anew, because the clock may have held the step back.
 
     Args:
         now_ns: steady time, that of ``time.monotonic`` [ns].
@@ -31,10 +30,7 @@ class FlightTime:
 
     def tick(self, step: int) -> None:
         """The tick of a step has arrived."""
-        start_ns = self._now_ns() - step * self._period_ns
-        if start_ns > self._start_ns + self._period_ns:
-            self._starts.clear()
-        self._starts.append(start_ns)
+        self._starts.append(self._now_ns() - step * self._period_ns)
         self._start_ns = min(self._starts)
 
     def now_ns(self) -> int:
