@@ -1,14 +1,13 @@
 """Reports in a real browser: the Chromium of the distribution, without a window and without a network."""
 
-import os
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, Playwright, Request, sync_playwright
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+from relform_analysis.report.chromium import CHROMIUM, launched
+
 LAPTOP = {"width": 1366, "height": 768}
 
 
@@ -33,12 +32,6 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
     browser = launched(playwright)
     yield browser
     browser.close()
-
-
-def launched(playwright: Playwright, *arguments: str) -> Browser:
-    """A browser; root, as which containers run, may not use its sandbox."""
-    sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
-    return playwright.chromium.launch(executable_path=CHROMIUM, args=[*sandbox, *arguments])
 
 
 def settle(page: Page) -> None:

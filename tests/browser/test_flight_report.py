@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.tracking_errors import formation_errors, scored_pairs
 from relform_analysis.report.flight_page import write_flight_report
+from relform_analysis.report.flight_source import summary_of
 from relform_core.telemetry import Event, ParametersSet, PerStep
-from support.logs import perfect_builder, summary_of
+from support.logs import perfect_builder
 from support.scenarios import paper_scenario
 
 from .conftest import LAPTOP, Tab, settle

@@ -14,14 +14,13 @@ import domain_coordinator
 import pytest
 from playwright.sync_api import Page, Playwright
 
+from relform_analysis.report.chromium import launched
 from relform_core.names import EVENTS, EventKind
 from relform_msgs.msg import FormationEvent
 from relform_ros.qos import LATCHED
 from support.observer import Observer
 from support.ports import free_port
 from support.processes import wait_until
-
-from .conftest import launched
 
 WORKSPACE = Path(__file__).parents[2]
 SOFTWARE_WEBGL = ["--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"]

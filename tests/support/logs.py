@@ -7,11 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.log_builder import FlightLogBuilder
-from relform_analysis.flight.metrics import flight_metrics
-from relform_analysis.flight.summary import Ending, Json, build_summary
-from relform_analysis.report.flight_source import ending_from_log
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand
 from relform_core.names import EstimatorMode, SolverState
@@ -122,13 +118,6 @@ def decision(stamp_ns: int, phase: str = "A", **changes: Any) -> Decision:
 def _of(part: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
     """The changes that are fields of a part."""
     return {name: value for name, value in changes.items() if hasattr(part, name)}
-
-
-def summary_of(
-    log: FlightLog, ending: Ending | None = None, versions: Mapping[str, str | None] | None = None
-) -> Json:
-    """Content of summary.json for a flight; without an ending, that of the log."""
-    return build_summary(log.scenario, flight_metrics(log), ending or ending_from_log(log), versions or {})
 
 
 def perfect_builder(scenario: LoadedScenario, phases: Sequence[str]) -> FlightLogBuilder:

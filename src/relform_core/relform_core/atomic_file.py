@@ -1,10 +1,11 @@
 """Write files atomically: a reader finds the old content or the new content, never a part of it."""
 
+import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from relform_core.errors import RelformError
 
@@ -38,6 +39,16 @@ def write_atomically(path: Path | str, content: bytes | str) -> None:
             stream.write(content.encode() if isinstance(content, str) else content)
     except OSError as error:
         raise RelformError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def write_json_atomically(path: Path | str, content: Mapping[str, Any]) -> None:
+    """Write a whole file as strict JSON: NaN is none.
+
+    Raises:
+        RelformError: the file cannot be written.
+        ValueError: a number is not finite.
+    """
+    write_atomically(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
 def link_atomically(path: Path, target: str) -> None:

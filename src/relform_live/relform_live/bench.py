@@ -5,7 +5,6 @@ and the browser is measured. Headless Chromium draws in software.
 """
 
 import os
-import shutil
 import statistics
 import threading
 import time
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from relform_analysis.report.chromium import launched
 from relform_core.errors import ConfigError
 from relform_core.load import load_scenario
 from relform_core.measurements import Odometry
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from playwright.sync_api import CDPSession, Page
 
 PORT = 8099
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 WARM_UP_S = 8.0
 """Time in which the page opens and its caches fill."""
 RADIUS_M, SPEED_M_S = 6.0, 2.0
@@ -208,9 +207,8 @@ def opened(address: str) -> "Iterator[tuple[Page, CDPSession]]":
     except ImportError:
         raise ConfigError("playwright is not installed: run make setup") from None
     with sync_playwright() as playwright:
-        sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
         try:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*sandbox, *ARGUMENTS])
+            browser = launched(playwright, *ARGUMENTS)
         except Error as error:
             raise ConfigError(f"Chromium does not start: {error.message.splitlines()[0]}") from None
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})

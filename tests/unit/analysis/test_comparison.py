@@ -11,8 +11,9 @@ from relform_analysis.comparison.flights import ComparedFlight, short_labels
 from relform_analysis.comparison.results import Result
 from relform_analysis.flight.log import FlightLog
 from relform_analysis.flight.simulate import fly_in_process
+from relform_analysis.report.flight_source import summary_of
 from relform_core.errors import FlightError
-from support.logs import perfect_builder, summary_of
+from support.logs import perfect_builder
 from support.scenarios import BRIEF_HOVER, paper_scenario, team_of
 
 PHASES = ["A"] * 20 + ["B"] * 60

@@ -6,7 +6,8 @@ import pytest
 from relform_analysis.comparison.compare import compare
 from relform_analysis.comparison.flights import ComparedFlight
 from relform_analysis.report.comparison_page import comparison_page
-from support.logs import perfect_builder, summary_of
+from relform_analysis.report.flight_source import summary_of
+from support.logs import perfect_builder
 from support.pages import Page, unpack
 from support.scenarios import paper_scenario
 

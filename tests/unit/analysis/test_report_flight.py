@@ -15,12 +15,12 @@ from relform_analysis.flight.metrics import flight_metrics, steady_steps
 from relform_analysis.flight.summary import Ending, Outcome
 from relform_analysis.flight.tracking_errors import formation_errors, leader_errors, scored_pairs
 from relform_analysis.report.flight_page import flight_page, write_flight_report
-from relform_analysis.report.flight_source import ending_from_log
+from relform_analysis.report.flight_source import ending_from_log, summary_of
 from relform_analysis.report.packing import pack, pack_coarsely
 from relform_core.errors import FlightError, RelformError
 from relform_core.names import SolverState
 from relform_core.telemetry import Event, ParametersSet, PerStep
-from support.logs import PERIOD_NS, decision, perfect_builder, summary_of
+from support.logs import PERIOD_NS, decision, perfect_builder
 from support.pages import Page, unpack
 from support.scenarios import paper_scenario
 

@@ -32,6 +32,12 @@ class CommonPart:
         """The whole flight."""
         return self.flight.log
 
+    @property
+    def named_pairs(self) -> list[tuple[str, str]]:
+        """Observer and target of the common scored pairs, by their names in this team."""
+        names = self.log.vehicles
+        return [(names[i], names[j]) for i, j in self.pairs]
+
 
 @dataclass(frozen=True, eq=False)
 class Common:

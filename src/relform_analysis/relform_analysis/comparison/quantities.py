@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from relform_analysis.flight.tracking_errors import (
     leader_errors,
     scored_pairs,
 )
+from relform_analysis.plots.panels import pair_label
 from relform_core.arrays import Array
 from relform_core.units import rad_s_to_rpm
 
@@ -39,8 +41,7 @@ class Quantity:
 
 def pair_errors(part: CommonPart) -> Array:
     """Formation error of the common pairs [m], shape (K, pairs)."""
-    names = part.log.vehicles
-    return formation_errors(part.log, [(names[i], names[j]) for i, j in part.pairs])
+    return formation_errors(part.log, part.named_pairs)
 
 
 def leader_position_error(part: CommonPart) -> Array:
@@ -162,9 +163,9 @@ QUANTITIES = (
 
 def pair_quantities(part: CommonPart) -> Iterator[Quantity]:
     """The formation error of each common pair, with the names of one flight."""
-    for index, (i, j) in enumerate(part.pairs):
-        title = f"Formation error, {part.log.vehicles[i]} → {part.log.vehicles[j]}"
-        yield Quantity(title, "m", 3, lambda part, index=index: pair_errors(part)[:, index], is_error=True)  # type: ignore[misc]
+    for index, pair in enumerate(part.named_pairs):
+        title = f"Formation error, {pair_label(*pair)}"
+        yield Quantity(title, "m", 3, partial(_error_of_pair, index=index), is_error=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,10 +195,13 @@ def courses(parts: Sequence[CommonPart]) -> tuple[list[Course], list[str]]:
     ]
 
 
+def _error_of_pair(part: CommonPart, index: int) -> Array:
+    return formation_errors(part.log, [part.named_pairs[index]])[:, 0]
+
+
 def _pair_estimates(part: CommonPart) -> Array:
-    names = part.log.vehicles
     scored = scored_pairs(part.log.scenario.config.team)
-    places = [scored.index((names[i], names[j])) for i, j in part.pairs]
+    places = [scored.index(pair) for pair in part.named_pairs]
     return pair_estimation_errors(part.log).errors[:, places]
 
 

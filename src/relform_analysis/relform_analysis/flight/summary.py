@@ -1,6 +1,5 @@
 """summary.json of a flight (docs/summary.md). Here the numbers leave SI: every key ends in its unit."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from typing import Any
 
 from relform_analysis.flight.metrics import Distribution, Errors, FlightMetrics, PhaseMetrics, Score
 from relform_analysis.flight.real_time import Ages, RealTimeMetrics
-from relform_core.atomic_file import write_atomically
+from relform_core.atomic_file import write_json_atomically
 from relform_core.load import LoadedScenario
 from relform_core.units import rad_s_to_rpm
 
@@ -107,7 +106,7 @@ def write_summary(path: Path | str, summary: Json) -> None:
     Raises:
         RelformError: it cannot be written.
     """
-    write_atomically(path, json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    write_json_atomically(path, summary)
 
 
 def _phase(phase: PhaseMetrics) -> Json:

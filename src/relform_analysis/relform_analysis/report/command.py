@@ -1,6 +1,5 @@
 """The command line of ``scripts/report.py``."""
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +13,7 @@ from relform_analysis.report.flight_source import unrecorded_topics
 from relform_analysis.report.recorded_flight import read_flight
 from relform_analysis.report.sweep_page import write_sweep_report
 from relform_analysis.report.sweep_source import is_sweep, read_sweep
-from relform_core.atomic_file import write_atomically
+from relform_core.atomic_file import write_json_atomically
 from relform_core.run_folder import CONFIG_FILE, PAPER_FIGURES, REPORT_FILE
 from relform_core.script import CommandParser, command
 
@@ -91,7 +90,7 @@ def compare_flights(
     write_comparison(out, comparison)
     print(out)
     if json_file is not None:
-        write_atomically(json_file, json.dumps(comparison_json(comparison), indent=2, allow_nan=False) + "\n")
+        write_json_atomically(json_file, comparison_json(comparison))
         print(json_file)
 
 

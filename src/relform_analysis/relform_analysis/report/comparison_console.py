@@ -1,11 +1,11 @@
 """A comparison for people in a terminal."""
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from relform_analysis.comparison.compare import Comparison
 from relform_analysis.comparison.results import Result
+from relform_analysis.report.console import plain_table
 
 SAME_CONFIGURATION = "Configuration, seed and software are the same."
 EQUAL = "Truth and commands are equal, bit for bit."
@@ -63,14 +63,7 @@ def _compared(row: Result, flight: int) -> str:
 
 
 def _table(comparison: Comparison, title: str, caption: str | None = None, justify: str = "left") -> Table:
-    table = Table(
-        title=title,
-        caption=caption,
-        box=box.SIMPLE_HEAD,
-        title_justify="left",
-        caption_justify="left",
-        pad_edge=False,
-    )
+    table = plain_table(title, caption)
     table.add_column("")
     for flight in comparison.flights:
         table.add_column(flight.label, justify="right" if justify == "right" else "left", overflow="fold")

@@ -9,8 +9,10 @@ from relform_analysis.comparison.quantities import Course
 from relform_analysis.flight.phases import flown_phases, step_times
 from relform_analysis.flight.summary import Json, Outcome
 from relform_analysis.plots.palette import vehicle_style
+from relform_analysis.plots.panels import Line, Panel
 from relform_analysis.report.packing import pack, pack_coarsely
 from relform_analysis.report.page import PLOT_SCRIPTS, render
+from relform_analysis.report.panel_data import panel_data
 from relform_core.atomic_file import write_atomically
 from relform_core.units import NANOSECONDS_PER_SECOND
 
@@ -64,12 +66,9 @@ def comparison_data(comparison: Comparison) -> Json:
     logs = [flight.log for flight in comparison.flights]
     return {
         "period": min(log.scenario.config.controller.period for log in logs),
-        "phases": [
-            {name: getattr(phase, name) for name in ("name", "title", "start", "steady", "end")}
-            for phase in flown_phases(logs[0])
-        ],
+        "phases": [asdict(phase) for phase in flown_phases(logs[0])],
         "flights": [_path(flight, place) for place, flight in enumerate(comparison.flights)],
-        "panels": [_panel(course, comparison) for course in comparison.courses],
+        "panels": [panel_data(_panel(course, comparison)) for course in comparison.courses],
     }
 
 
@@ -86,21 +85,20 @@ def _path(flight: ComparedFlight, place: int) -> Json:
     }
 
 
-def _panel(course: Course, comparison: Comparison) -> Json:
-    """A plot in the format that assets/plot.js documents, but for the instants, which the page adds."""
+def _panel(course: Course, comparison: Comparison) -> Panel:
+    """A plot with a line for each flight, which has instants of its own."""
     quantity = course.quantity
-    packed = pack if quantity.log_scale else pack_coarsely
-    return {
-        "title": quantity.title,
-        "unit": quantity.unit,
-        "digits": quantity.digits,
-        "log": quantity.log_scale,
-        "steps": quantity.steps,
-        "tall": quantity.is_main,
-        "robust": quantity.is_error,
-        "guides": [],
-        "lines": [
-            {"name": flight.label, **asdict(vehicle_style(place)), "values": packed(values)}
-            for place, (flight, values) in enumerate(zip(comparison.flights, course.values, strict=True))
-        ],
-    }
+    lines = [
+        Line(flight.label, vehicle_style(place), values)
+        for place, (flight, values) in enumerate(zip(comparison.flights, course.values, strict=True))
+    ]
+    return Panel(
+        quantity.title,
+        quantity.unit,
+        quantity.digits,
+        lines,
+        log_scale=quantity.log_scale,
+        steps=quantity.steps,
+        is_error=quantity.is_error,
+        tall=quantity.is_main,
+    )

@@ -19,7 +19,7 @@ def print_table(summary: Json, console: Console | None = None) -> None:
 
 def _phase_table(summary: Json) -> Table:
     planned = summary["steps_planned"]
-    table = _table(
+    table = plain_table(
         title=f"{summary['scenario']}, seed {summary['seed']}: {summary['outcome']}, "
         f"{summary['steps']} of {planned} control steps",
         caption=", ".join(f"{phase['name']} {phase['title']}" for phase in summary["phases"]),
@@ -36,7 +36,7 @@ def _phase_table(summary: Json) -> Table:
 
 
 def _flight_table(summary: Json) -> Table:
-    table = _table("Beside the paper", caption=FOOTNOTE)
+    table = plain_table("Beside the paper", caption=FOOTNOTE)
     table.add_column("")
     table.add_column("this flight", justify="right")
     table.add_column("the paper says", justify="right")
@@ -47,7 +47,8 @@ def _flight_table(summary: Json) -> Table:
     return table
 
 
-def _table(title: str, caption: str | None = None) -> Table:
+def plain_table(title: str, caption: str | None = None) -> Table:
+    """A table of a report: rules between its parts, nothing around it."""
     return Table(
         title=title,
         caption=caption,

@@ -110,16 +110,7 @@ def flight_data(log: FlightLog) -> Json:
         "arm": config.vehicle.arm_length,
         "period": config.controller.period,
         "claim": FORMATION_STEADY_MEAN_M,
-        "phases": [
-            {
-                "name": phase.name,
-                "title": phase.title,
-                "start": phase.start,
-                "steady": phase.steady,
-                "end": phase.end,
-            }
-            for phase in flown_phases(log)
-        ],
+        "phases": [asdict(phase) for phase in flown_phases(log)],
         "pairs": [
             {"name": pair_label(observer, target), "vehicles": [index[observer], index[target]]}
             for observer, target in pairs

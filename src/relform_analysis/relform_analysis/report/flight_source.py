@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.summary import Ending, Outcome
+from relform_analysis.flight.metrics import flight_metrics
+from relform_analysis.flight.summary import Ending, Json, Outcome, build_summary
 from relform_analysis.report.json_file import read_json
 from relform_bags.reader import read_attachments
 from relform_core.errors import RelformError
@@ -28,6 +29,11 @@ def ending_from_log(log: FlightLog) -> Ending:
         reason = f"The recording ends after {reached} of {config.n_steps} control steps."
         return Ending(Outcome.INTERRUPTED, reason, 0.0, log.flown)
     return Ending(Outcome.COMPLETED, None, 0.0, log.flown)
+
+
+def summary_of(log: FlightLog, ending: Ending | None = None, versions: Versions | None = None) -> Json:
+    """Content of summary.json for a flight; without an ending, that of the log."""
+    return build_summary(log.scenario, flight_metrics(log), ending or ending_from_log(log), versions or {})
 
 
 def unrecorded_topics(log: FlightLog) -> list[str]:

@@ -5,9 +5,8 @@ from pathlib import Path
 
 from relform_analysis.flight.archive import is_kept_flight, read_kept_flight
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import flight_metrics
-from relform_analysis.flight.summary import Json, build_summary
-from relform_analysis.report.flight_source import ending_from_log, ending_from_run, versions_from_bag
+from relform_analysis.flight.summary import Json
+from relform_analysis.report.flight_source import ending_from_run, summary_of, versions_from_bag
 from relform_analysis.sweep.folder import RUNS, SWEEP_FILE
 from relform_bags.reader import find_bag
 from relform_bags.recording_lock import is_being_recorded
@@ -35,14 +34,13 @@ def read_flight(source: Path, configuration: Path | str | None) -> RecordedFligh
     bag = bag_of(source)
     if is_kept_flight(source):
         log = read_kept_flight(source)
-        summary = build_summary(log.scenario, flight_metrics(log), ending_from_log(log), {})
-        return RecordedFlight(bag, log, summary)
+        return RecordedFlight(bag, log, summary_of(log))
     # Reading serialized messages needs ROS; sweeps do without.
     from relform_analysis.flight.from_bag import read_flight_log
 
     log = read_flight_log(bag, configuration)
-    ending, versions = ending_from_run(source) or (ending_from_log(log), versions_from_bag(bag))
-    return RecordedFlight(bag, log, build_summary(log.scenario, flight_metrics(log), ending, versions))
+    ending, versions = ending_from_run(source) or (None, versions_from_bag(bag))
+    return RecordedFlight(bag, log, summary_of(log, ending, versions))
 
 
 def bag_of(source: Path) -> Path:

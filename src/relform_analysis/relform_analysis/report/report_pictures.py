@@ -6,13 +6,10 @@ from tempfile import TemporaryDirectory
 
 from relform_analysis.comparison.compare import compare
 from relform_analysis.comparison.flights import ComparedFlight
-from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import flight_metrics
 from relform_analysis.flight.simulate import fly_in_process
-from relform_analysis.flight.summary import build_summary
 from relform_analysis.report.comparison_page import write_comparison
 from relform_analysis.report.flight_page import write_flight_report
-from relform_analysis.report.flight_source import ending_from_log
+from relform_analysis.report.flight_source import summary_of
 from relform_analysis.report.screenshot import take
 from relform_analysis.report.sweep_page import write_sweep_report
 from relform_analysis.report.sweep_source import read_sweep
@@ -75,7 +72,5 @@ def _reports(folder: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _flown(label: str, *overrides: str) -> ComparedFlight:
-    log: FlightLog = fly_in_process(load_scenario("paper", overrides, SEED))
-    return ComparedFlight(
-        label, label, log, build_summary(log.scenario, flight_metrics(log), ending_from_log(log), {})
-    )
+    log = fly_in_process(load_scenario("paper", overrides, SEED))
+    return ComparedFlight(label, label, log, summary_of(log))

@@ -1,15 +1,11 @@
 """Pictures of pages, for the documentation: what Chromium shows at a width, in light or dark."""
 
-import os
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+from relform_analysis.report.chromium import launched
 from relform_core.errors import RelformError
 from relform_core.script import CommandParser, command, positive
-
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-"""The browser of the distribution."""
 
 
 @command
@@ -60,9 +56,8 @@ def take(
     except ImportError:
         raise RelformError("playwright is not installed: run make setup") from None
     with sync_playwright() as playwright:
-        sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []  # root, as in containers, may not use it
         try:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=sandbox)
+            browser = launched(playwright)
             tab = browser.new_page(
                 viewport={"width": width, "height": height or 800}, color_scheme="dark" if dark else "light"
             )

@@ -30,12 +30,13 @@ def known_numbers(variants: Sequence[Json]) -> tuple[list[ComparedNumber], list[
     return compared, others
 
 
-def sweep_data(sweep: Sweep, numbers: Sequence[ComparedNumber], with_paper: bool) -> Json:
+def sweep_data(sweep: Sweep, numbers: Sequence[ComparedNumber], axes: Json, with_paper: bool) -> Json:
     """The data of the page, in the units of the tables.
 
     Args:
         sweep: its results.
         numbers: what is drawn.
+        axes: as of ``grid_axes``.
         with_paper: whether the numbers of the paper are drawn beside.
     """
     variants = sweep.report["variants"]
@@ -66,7 +67,7 @@ def sweep_data(sweep: Sweep, numbers: Sequence[ComparedNumber], with_paper: bool
             }
             for number in numbers
         },
-        **grid_axes(variants),
+        **axes,
     }
 
 

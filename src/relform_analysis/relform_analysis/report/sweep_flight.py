@@ -4,9 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from relform_analysis.flight.log import FlightLog
-from relform_analysis.flight.metrics import flight_metrics
-from relform_analysis.flight.summary import Json, build_summary
-from relform_analysis.report.flight_source import ending_from_log
+from relform_analysis.flight.summary import Json
+from relform_analysis.report.flight_source import summary_of
 from relform_analysis.report.sweep_source import Sweep, is_sweep, read_sweep
 from relform_analysis.sweep.folder import SweepFolder
 from relform_analysis.sweep.plan import Run, plan_runs
@@ -44,10 +43,7 @@ def read_sweep_flight(source: str) -> tuple[FlightLog, Json]:
         from relform_analysis.flight.simulate import fly_in_process  # CasADi is slow to import
 
         log = fly_in_process(run.scenario)
-    summary = build_summary(
-        run.scenario, flight_metrics(log), ending_from_log(log), sweep.report.get("versions") or {}
-    )
-    return log, summary
+    return log, summary_of(log, versions=sweep.report.get("versions"))
 
 
 def _run(sweep: Sweep, source: str, name: str) -> Run:

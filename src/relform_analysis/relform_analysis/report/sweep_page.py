@@ -61,12 +61,13 @@ def sweep_page(sweep: Sweep) -> str:
         others = []
     headline = [number for number in compared if number.key in LABELS]
     constant = [number for number in compared if is_constant(number, variants)]
-    parameters = grid_axes(variants)["parameters"]
+    axes = grid_axes(variants)
+    parameters = axes["parameters"]
     with_paper = _is_paper(sweep.report, [parameter["key"] for parameter in parameters])
     return render(
         "sweep.html",
         SCRIPTS,
-        sweep_data(sweep, [*compared, *others], with_paper),
+        sweep_data(sweep, [*compared, *others], axes, with_paper),
         styles=("sweep.css",),
         title=_title(sweep),
         scenario=sweep.report["scenario"],

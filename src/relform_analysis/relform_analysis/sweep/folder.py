@@ -3,7 +3,6 @@
 import csv
 import fcntl
 import io
-import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ from relform_analysis.flight.summary import Json
 from relform_analysis.sweep.plan import Run
 from relform_analysis.sweep.statistics import aggregate
 from relform_analysis.sweep.variant import Variant
-from relform_core.atomic_file import write_atomically
+from relform_core.atomic_file import write_atomically, write_json_atomically
 from relform_core.errors import RelformError
 from relform_core.schema import Schema
 
@@ -148,7 +147,7 @@ class SweepFolder:
             "versions": dict(versions),
         }
         write_table(self.path / TABLE, rows)
-        write_atomically(self.path / SWEEP_FILE, json.dumps(report, indent=2, allow_nan=False) + "\n")
+        write_json_atomically(self.path / SWEEP_FILE, report)
         return report
 
     def _row_file(self, run: Run) -> Path:

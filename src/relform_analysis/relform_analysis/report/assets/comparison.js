@@ -22,7 +22,7 @@ Object.assign(slider, { min: playback.begin, max: playback.end, step: "any" });
 slider.addEventListener("input", () => playback.seek(slider.valueAsNumber));
 
 playback.onChange(() => {
-  const { time } = playback, phase = page.phases.findLast(({ start }) => time >= start - 1e-6);
+  const { time } = playback, phase = phaseAt(time);
   byId("now").textContent = `${time.toFixed(2)} s`;
   byId("phase").textContent = phase ? `${phase.name}  ${phase.title}` : "";
   byId("play").textContent = playback.playing ? "❚❚" : "▶";
@@ -38,22 +38,7 @@ for (const cell of document.querySelectorAll("td.change:last-child, td.change + 
   if (Number.isFinite(ratio) && (ratio > LARGE || ratio < 1 / LARGE)) cell.classList.add("large");
 }
 
-const KEYS = {
-  " ": () => playback.toggle(),
-  ArrowLeft: (event) => (event.shiftKey ? playback.seek(playback.time - 1) : playback.step(-1)),
-  ArrowRight: (event) => (event.shiftKey ? playback.seek(playback.time + 1) : playback.step(1)),
-  Home: () => playback.seek(playback.begin),
-  End: () => playback.seek(playback.end),
-  z: () => plots.zoomOut(),
-  t: () => theme.toggle(),
-};
-addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select, summary")) return;
-  const action = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-  if (!action) return;
-  event.preventDefault();
-  action(event);
-});
+actOnKeys(playbackKeys(playback, plots));
 
 playback.changed();
 

@@ -42,7 +42,6 @@ byId("play").addEventListener("click", () => playback.toggle());
 byId("unzoom").addEventListener("click", () => plots.zoomOut());
 plots.zoomListeners.push(() => { byId("unzoom").hidden = !plots.zoomed; });
 
-const phaseAt = (time) => page.phases.findLast(({ start }) => time >= start - 1e-6);
 
 playback.onChange(() => {
   const phase = phaseAt(playback.time);
@@ -67,12 +66,8 @@ byId("keys-button").addEventListener("click", () => byId("keys").showModal());
 
 // ---- keys
 
-const KEYS = {
-  " ": () => playback.toggle(),
-  ArrowLeft: (event) => (event.shiftKey ? playback.seek(playback.time - 1) : playback.step(-1)),
-  ArrowRight: (event) => (event.shiftKey ? playback.seek(playback.time + 1) : playback.step(1)),
-  Home: () => playback.seek(playback.begin),
-  End: () => playback.seek(playback.end),
+actOnKeys({
+  ...playbackKeys(playback, plots),
   "[": () => playback.faster(-1),
   "]": () => playback.faster(1),
   f: () => show(scene.other()),
@@ -80,19 +75,8 @@ const KEYS = {
   "+": () => scene.zoom(0.85),
   "=": () => scene.zoom(0.85),
   "-": () => scene.zoom(1 / 0.85),
-  z: () => plots.zoomOut(),
-  t: () => theme.toggle(),
   "?": () => byId("keys").showModal(),
-};
-
-addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || byId("keys").open) return;
-  if (event.target.closest("select, pre, summary")) return;
-  const phase = /^[1-9]$/.test(event.key) ? page.phases[Number(event.key) - 1] : null;
-  const action = phase ? () => playback.seek(phase.start) : KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-  if (!action) return;
-  event.preventDefault();
-  action(event);
+  ...Object.fromEntries(page.phases.slice(0, 9).map((phase, index) => [index + 1, () => playback.seek(phase.start)])),
 });
 
 show("overview");

@@ -61,3 +61,28 @@ class Playback {
     this.listeners.forEach((listener) => listener());
   }
 }
+
+const phaseAt = (time) => page.phases.findLast(({ start }) => time >= start - 1e-6);
+
+/** What keys do on every page with a playback, by the name of the key. */
+const playbackKeys = (playback, plots) => ({
+  " ": () => playback.toggle(),
+  ArrowLeft: (event) => (event.shiftKey ? playback.seek(playback.time - 1) : playback.step(-1)),
+  ArrowRight: (event) => (event.shiftKey ? playback.seek(playback.time + 1) : playback.step(1)),
+  Home: () => playback.seek(playback.begin),
+  End: () => playback.seek(playback.end),
+  z: () => plots.zoomOut(),
+  t: () => theme.toggle(),
+});
+
+/** Act on pressed keys, except those of a control or of an open dialog. */
+function actOnKeys(actions) {
+  addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+    if (event.target.closest("select, pre, summary")) return;
+    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!action) return;
+    event.preventDefault();
+    action(event);
+  });
+}
