@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from relform_analysis.flight.metrics import flight_metrics
+from relform_analysis.flight.paper_scenario import is_paper
 from relform_analysis.flight.summary import Ending, Outcome, build_summary, write_summary
 from relform_analysis.report.console import print_table
 from relform_bringup.create_folder import create_run_folder
@@ -76,7 +77,7 @@ def _conclude(flown: FlownFlight, folder: RunFolder, console: Console) -> None:
     summary = build_summary(log.scenario, metrics, flown.ending, software_versions())
     write_summary(folder.summary, summary)
     if log.phase:
-        print_table(summary, console)
+        print_table(summary, console, with_paper=is_paper(log.scenario.config))
         # Imported here, because both would delay the start of the nodes.
         from relform_analysis.report.flight_page import write_flight_report
 

@@ -157,3 +157,17 @@ def test_table_shows_each_phase_and_pair_and_the_paper(summary: dict[str, Any]) 
     assert re.search(r"that fell back +0\b", text)
     rows = re.findall(r"^ ?(\S.*?)? +mean +(\S+) +(\S+) +(\S+)", text, flags=re.MULTILINE)
     assert rows[0] == ("leader ->", "0.000", "0.083", "-")
+
+
+def test_table_of_another_scenario_leaves_the_paper_out(summary: dict[str, Any]) -> None:
+    output = StringIO()
+    print_table(summary, Console(file=output, width=80), with_paper=False)
+    assert "the paper" not in output.getvalue()
+    assert re.search(r"smallest separation +\d\.\d\d m", output.getvalue())
+
+
+def test_table_of_a_flight_that_ended_early_has_no_number_of_steady_state(summary: dict[str, Any]) -> None:
+    output = StringIO()
+    print_table(summary | {"outcome": Outcome.FAULT.value}, Console(file=output, width=80))
+    assert "steady" not in output.getvalue()
+    assert re.search(r"formation error, maximum of all +\d\.\d{3} m", output.getvalue())

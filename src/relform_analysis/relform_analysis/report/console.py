@@ -4,17 +4,22 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from relform_analysis.flight.paper_claims import COMPARED, FOOTNOTE
+from relform_analysis.flight.paper_claims import FOOTNOTE
 from relform_analysis.flight.summary import Json
+from relform_analysis.report.compared_rows import compared_rows
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
-from relform_analysis.report.real_time_rows import real_time_rows
 
 
-def print_table(summary: Json, console: Console | None = None) -> None:
-    """Print a summary; without colours and boxes where the output is no terminal."""
+def print_table(summary: Json, console: Console | None = None, *, with_paper: bool = True) -> None:
+    """Print a summary; without colours and boxes where the output is no terminal.
+
+    Args:
+        summary: of the flight.
+        with_paper: whether the paper's flight was flown: its numbers are shown beside.
+    """
     console = console or Console()
     console.print(_phase_table(summary))
-    console.print(_flight_table(summary))
+    console.print(_flight_table(summary, with_paper))
 
 
 def _phase_table(summary: Json) -> Table:
@@ -35,15 +40,14 @@ def _phase_table(summary: Json) -> Table:
     return table
 
 
-def _flight_table(summary: Json) -> Table:
-    table = plain_table("Beside the paper", caption=FOOTNOTE)
+def _flight_table(summary: Json, with_paper: bool) -> Table:
+    table = plain_table("Beside the paper", caption=FOOTNOTE) if with_paper else plain_table("In numbers")
     table.add_column("")
     table.add_column("this flight", justify="right")
-    table.add_column("the paper says", justify="right")
-    for row in COMPARED:
-        table.add_row(row.label, row.text(summary[row.key]), row.paper)
-    for label, text in real_time_rows(summary):
-        table.add_row(label, text, "")
+    if with_paper:
+        table.add_column("the paper says", justify="right")
+    for row in compared_rows(summary, with_paper):
+        table.add_row(row.label, row.value, *([row.paper] if with_paper else []))
     return table
 
 

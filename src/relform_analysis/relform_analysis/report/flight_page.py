@@ -13,6 +13,7 @@ from relform_analysis.plots.constraint_panels import constraint_panels
 from relform_analysis.plots.estimation_panels import estimation_panels
 from relform_analysis.plots.palette import vehicle_style
 from relform_analysis.plots.panels import Panel, flight_panels, pair_label, rotor_summary
+from relform_analysis.report.compared_rows import compared_rows
 from relform_analysis.report.ending import end_reasons, ending_words, is_steady
 from relform_analysis.report.error_rows import STATISTICS, error_columns, error_rows
 from relform_analysis.report.flight_source import unrecorded_topics
@@ -20,7 +21,6 @@ from relform_analysis.report.happenings import happenings
 from relform_analysis.report.packing import pack, pack_coarsely
 from relform_analysis.report.page import PLOT_SCRIPTS, render
 from relform_analysis.report.panel_data import panel_data
-from relform_analysis.report.real_time_rows import real_time_rows
 from relform_analysis.report.tiles import LABELS, headline_tiles
 from relform_core.atomic_file import write_atomically
 from relform_core.errors import FlightError
@@ -58,7 +58,6 @@ def write_flight_report(path: Path | str, log: FlightLog, summary: Json) -> None
 def flight_page(log: FlightLog, summary: Json) -> str:
     """The report of a flight, HTML; arguments as of ``write_flight_report``."""
     completed, compared_to_paper = summary["outcome"] == Outcome.COMPLETED, is_paper(log.scenario.config)
-    shown = [row for row in COMPARED if completed or not is_steady(row.key)]
     return render(
         "flight.html",
         SCRIPTS,
@@ -75,19 +74,7 @@ def flight_page(log: FlightLog, summary: Json) -> str:
             [key for key in LABELS if completed or not is_steady(key)],
         ),
         is_paper=compared_to_paper,
-        compared=[
-            *(
-                (
-                    row.label,
-                    row.text(summary[row.key]),
-                    row.paper,
-                    row.holds(summary[row.key]) if compared_to_paper else None,
-                )
-                for row in shown
-                if (row.paper and compared_to_paper) or summary[row.key] is not None
-            ),
-            *((label, text, "", None) for label, text in real_time_rows(summary)),
-        ],
+        compared=compared_rows(summary, compared_to_paper),
         footnote=FOOTNOTE,
         columns=error_columns(summary),
         errors=error_rows(summary),
