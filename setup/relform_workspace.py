@@ -39,6 +39,24 @@ def ours_first(ours: list[Path], variable: str, shunned: list[Path]) -> str:
     return os.pathsep.join(first + rest)
 
 
+def choose_transport() -> None:
+    """Stay on this machine unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise (decision 29).
+
+    With ``LOCALHOST`` rmw_fastrtps would add transports of its own; with ``SYSTEM_DEFAULT`` the profile
+    decides. The user's own profile is left alone.
+    """
+    discovery, profile = "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTRTPS_DEFAULT_PROFILES_FILE"
+    profiles = WORKSPACE / "setup/fastdds"
+    this_machine, network = str(profiles / "this_machine.xml"), str(profiles / "network.xml")
+    chosen, wanted = os.environ.get(profile) or None, os.environ.get(discovery) or "LOCALHOST"
+    if chosen not in (None, this_machine, network):
+        return
+    if wanted == "LOCALHOST" or (wanted, chosen) == ("SYSTEM_DEFAULT", this_machine):
+        os.environ.update({discovery: "SYSTEM_DEFAULT", profile: this_machine})
+    else:
+        os.environ[profile] = network
+
+
 def activate() -> None:
     prefixes = sorted(index.parents[1] for index in WORKSPACE.glob("install/*/share/ament_index"))
     libraries = sorted({library.parent for library in WORKSPACE.glob("install/*/lib/*.so")})
@@ -48,7 +66,7 @@ def activate() -> None:
         "LD_LIBRARY_PATH": ours_first(libraries, "LD_LIBRARY_PATH", shunned),
         "PYTHONPATH": ours_first([], "PYTHONPATH", shunned),
     }
-    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(WORKSPACE / "setup/fastdds.xml"))
+    choose_transport()
     os.environ["AMENT_PREFIX_PATH"] = ours_first([*prefixes, Path(sys.prefix)], "AMENT_PREFIX_PATH", shunned)
 
     restarted = os.environ.pop(RESTARTED_AS, None) == str(os.getpid())

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import domain_coordinator
 import pytest
 from playwright.sync_api import Page, Playwright
 
@@ -18,6 +17,7 @@ from relform_analysis.report.chromium import launched
 from relform_core.names import EVENTS, EventKind
 from relform_msgs.msg import FormationEvent
 from relform_ros.qos import LATCHED
+from support.domains import domain_of_tests
 from support.observer import Observer
 from support.ports import free_port
 from support.processes import wait_until
@@ -33,9 +33,7 @@ HARMLESS = ("THREE.Clock: This module has been deprecated",)
 
 @pytest.fixture(scope="module")
 def environment() -> Iterator[dict[str, str]]:
-    with domain_coordinator.domain_id() as domain, pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", str(domain))
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    with domain_of_tests():
         yield dict(os.environ)
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import domain_coordinator
 import pytest
 
+from support.domains import domain_of_tests
 from support.ros2_command import live_nodes_process
 
 
@@ -17,10 +17,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def isolated_ros() -> Iterator[None]:
-    with domain_coordinator.domain_id() as domain, pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", str(domain))
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        patch.delenv("ROS_STATIC_PEERS", raising=False)
+    with domain_of_tests():
         yield
 
 

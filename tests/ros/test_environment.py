@@ -34,7 +34,7 @@ for place in rclpy.__file__, relform_core.__file__, relform_msgs.__file__, get_p
 
 def assert_finds_workspace(command: list[str | Path], tmp_path: Path, **environment: str) -> None:
     clean = {"HOME": os.environ["HOME"], "PATH": "/usr/bin:/bin", "ROS_LOG_DIR": str(tmp_path)}
-    clean |= {name: os.environ[name] for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")}
+    clean |= {"ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"]}
     run = subprocess.run(command, env=clean | environment, cwd="/", capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     places = run.stdout.splitlines()

@@ -17,7 +17,7 @@ from support.processes import wait_until
 
 TUTORIAL, *HOW_TO = WALKED
 RECIPES = [section for page in HOW_TO for section in sections(page)]
-KEPT = ("HOME", "LANG", "USER", "ROS_AUTOMATIC_DISCOVERY_RANGE")
+KEPT = ("HOME", "LANG", "USER")
 """Variables of a clean shell, beside a plain PATH."""
 TIMEOUT_S = 90.0
 

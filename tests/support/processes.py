@@ -1,4 +1,4 @@
-"""Wait for processes, find those that are left over, and clean their output."""
+"""Wait for processes, and find those that are left over."""
 
 import time
 from collections.abc import Callable
@@ -24,8 +24,3 @@ def processes_naming(text: str) -> dict[int, str]:
                 if text in command:
                     found[int(entry.name)] = command
     return found
-
-
-def without_middleware(output: str) -> str:
-    """The output of a process without the warnings of its middleware, which occur on a busy machine."""
-    return "".join(line for line in output.splitlines(keepends=True) if "RTPS" not in line)

@@ -11,8 +11,6 @@ from pathlib import Path
 
 import domain_coordinator
 
-from support.processes import without_middleware
-
 LIVE_NODES = Path(__file__).parents[1] / "ros/live_nodes.py"
 
 N_AT_ONCE = 10
@@ -52,7 +50,7 @@ def ask(command: str, environment: Mapping[str, str], folder: Path) -> Answer:
         text=True,
         timeout=60,
     )
-    return Answer(without_middleware(done.stdout), without_middleware(done.stderr), done.returncode)
+    return Answer(done.stdout, done.stderr, done.returncode)
 
 
 def ask_all(sequences: list[list[str]], environment: Mapping[str, str], folder: Path) -> dict[str, Answer]:

@@ -169,10 +169,8 @@ class Flight:
         return waits and monitor is not None and monitor.team_mode() is TeamMode.IDLE
 
     def _start(self) -> None:
-        os.environ.update(
-            ROS_DOMAIN_ID=str(self._domain_id),
-            ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST",
-        )
+        os.environ["ROS_DOMAIN_ID"] = str(self._domain_id)
+        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         record = RECORDER_NODE in self._observers
         if self._visualize:
             self._beside.start(VISUALIZATION_NODE, self._command(VISUALIZATION))

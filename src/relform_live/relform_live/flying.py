@@ -24,7 +24,8 @@ def flying(arguments: Sequence[str]) -> Iterator[subprocess.Popen[bytes]]:
     program = [find_setpriv(), "--pdeathsig", "INT", "--", executable("relform_bringup", "fly")]
     with claimed_domain() as domain_id:
         pass  # ``fly`` claims it now
-    os.environ.update(ROS_DOMAIN_ID=str(domain_id), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
+    os.environ["ROS_DOMAIN_ID"] = str(domain_id)
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     process = subprocess.Popen([*program, *arguments], process_group=0)
     try:
         yield process
