@@ -8,12 +8,13 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from relform_core.flight_modes import Request, TeamMode, VehicleMode
 from relform_core.health import Level
-from relform_core.names import EstimatorMode, EventKind, SolverState
+from relform_core.names import EstimatorMode, EventKind, SeparationLevel, SolverState
 from relform_msgs.msg import (
     FlightStatus,
     FormationEvent,
     FormationState,
     RotorSpeeds,
+    Separation,
     SolverStatus,
     TeamStatus,
 )
@@ -28,6 +29,7 @@ from relform_msgs.msg import (
         (Request, RotorSpeeds),
         (VehicleMode, FlightStatus),
         (TeamMode, TeamStatus),
+        (SeparationLevel, Separation),
     ],
 )
 def test_enum_has_the_constants_of_its_message(enum: type[IntEnum], message: Any) -> None:

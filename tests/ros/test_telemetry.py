@@ -15,6 +15,7 @@ from hypothesis.extra.numpy import arrays
 from relform_core.names import EstimatorMode, SolverState
 from relform_core.team_config import TeamConfig
 from relform_core.telemetry import (
+    AlarmRaised,
     EstimatorReport,
     Event,
     FaultReported,
@@ -118,6 +119,7 @@ CONTENTS = st.one_of(
     ),
     st.builds(ParametersSet, st.dictionaries(st.sampled_from(["weights.a", "weights.b"]), FINITE)),
     st.builds(FaultReported, st.text("abc ")),
+    st.builds(AlarmRaised, st.text("abc ")),
 )
 
 
@@ -282,7 +284,7 @@ NAN, INF = math.nan, math.inf
         ("solver", "status = 3", Reason.INVALID, "status must be one of 0 (SOLVED), 1 (STEP_LIMIT), 2 (FALL"),
         ("solver", "prepare_time = nan", Reason.INVALID, "prepare_time must be finite"),
         ("solver", "feedback_time = inf", Reason.INVALID, "feedback_time must be finite"),
-        ("step", "kind = 5", Reason.INVALID, "kind must be one of 0 (STEP), 1 (SET_FORMATION), 2 (FAULT), 3"),
+        ("step", "kind = 6", Reason.INVALID, "kind must be one of 0 (STEP), 1 (SET_FORMATION), 2 (FAULT), 3"),
         (
             "step",
             "input_topics = []",

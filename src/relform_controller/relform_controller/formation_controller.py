@@ -8,14 +8,23 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from relform_controller.ahead import predict_ahead
+from relform_controller.alarms import Alarms
 from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
 from relform_controller.estimation.registry import make_estimator
 from relform_controller.input_log import InputLog
 from relform_controller.ocp.frames import wrap_angle
-from relform_controller.ocp.problem import HorizonReference, HorizonStart, Ocp, Plan, Prediction
+from relform_controller.ocp.problem import (
+    HorizonReference,
+    HorizonStart,
+    Ocp,
+    Plan,
+    Prediction,
+    TeamGeometry,
+)
 from relform_controller.ocp.rotor_lag import RotorLag
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
+from relform_controller.separation_monitor import SeparationMonitor
 from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.prediction import predictor
@@ -24,6 +33,7 @@ from relform_core.blend import Blend
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import FlightError
 from relform_core.measurements import RotorCommand, TeamMeasurements
+from relform_core.names import SeparationLevel
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 from relform_core.telemetry import (
@@ -105,6 +115,10 @@ class FormationController:
         self._prediction: Prediction | None = None
         self._estimated: tuple[int, TeamEstimate] | None = None
         """The last instant with an estimate [ns], and the estimate."""
+        self._separation: SeparationMonitor | None = None
+        if config.separation is not None:
+            self._separation = SeparationMonitor(self._vehicles, config.separation, self._ocp.stage)
+        self._alarms = Alarms()
         self._rotor_lag = RotorLag(config.vehicle.rotor_time_constant)
         self._inputs = InputLog(self._vehicles, self._period_ns, config.vehicle)
         self._waiting_since_ns: int | None = None
@@ -179,7 +193,27 @@ class FormationController:
         )
         plan, report = self._solver.solve(start, predicted.geometry, reference, sqp_steps)
         self._inputs.command(start_ns, plan.thrusts[:, self._stage_of_interval])
-        return self._decision(measurements, estimate, asked, plan, report)
+        decision = self._decision(measurements, estimate, asked, plan, report)
+        return self._watched(decision, measurements, predicted.geometry, plan)
+
+    def _watched(
+        self, decision: Decision, measurements: TeamMeasurements, planned: TeamGeometry, plan: Plan
+    ) -> Decision:
+        """The decision with what the configuration asks to watch for.
+
+        Args:
+            decision: of this step, on these measurements.
+            planned: where the {mi} frames of the plan lie.
+        """
+        if self._separation is None or self._estimated is None:
+            return decision
+        _, estimate = self._estimated
+        separation = self._separation.update(measurements, estimate.geometry, planned, plan.states)
+        causes = {}
+        if separation.level is SeparationLevel.EMERGENCY:
+            causes["separation"] = str(separation)
+        alarms = self._alarms.begin(measurements.arrival_ns, causes)
+        return dataclasses.replace(decision, separation=separation, alarms=alarms)
 
     def prepare_next(self) -> None:
         """Shift and transform the plan into the {mi} frames of the next step, and prepare its first SQP step.

@@ -7,11 +7,12 @@ FORMATION = "formation"
 CONTROLLER = "controller"
 """Node in the namespace of each controller."""
 EVENTS_OF_CONTROLLER = "events"
-"""Topic in the namespace of each controller, as the next four."""
+"""Topic in the namespace of each controller, as the next five."""
 STATE_OF_CONTROLLER = "state"
 SOLVER_OF_CONTROLLER = "solver"
 REFERENCE_OF_CONTROLLER = "reference"
 STATUS_OF_CONTROLLER = "status"
+SEPARATION_OF_CONTROLLER = "separation"
 
 CLOCK = "/clock"
 EVENTS = f"/{FORMATION}/{EVENTS_OF_CONTROLLER}"
@@ -59,6 +60,7 @@ class EventKind(IntEnum):
     FAULT = 2
     SET_PARAMETERS = 3
     REQUEST = 4
+    ALARM = 5
 
 
 class EstimatorMode(IntEnum):
@@ -78,6 +80,16 @@ class SolverState(IntEnum):
     SOLVED = 0
     STEP_LIMIT = 1
     FALLBACK = 2
+
+
+class SeparationLevel(IntEnum):
+    """How close two vehicles are; the numbers of Separation.msg."""
+
+    OK = 0
+    WARNING = 1
+    """Two vehicles are closer than ``separation.warning_m``, or the plan brings them closer."""
+    EMERGENCY = 2
+    """Two vehicles are closer than ``separation.emergency_m``."""
 
 
 def vehicle_node(vehicle: str) -> str:

@@ -43,6 +43,11 @@ class Controller:
         return f"/{self.name}/{names.STATUS_OF_CONTROLLER}"
 
     @property
+    def separation(self) -> str:
+        """Topic of the distances between its vehicles."""
+        return f"/{self.name}/{names.SEPARATION_OF_CONTROLLER}"
+
+    @property
     def events(self) -> str:
         """Topic of its events and those of its vehicles."""
         return f"/{self.name}/{names.EVENTS_OF_CONTROLLER}"

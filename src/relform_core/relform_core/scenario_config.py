@@ -29,6 +29,7 @@ from relform_core.sensors.registry import SENSORS
 from relform_core.sensors.sensor import Sensor, Source
 from relform_core.sensors.sonar import SONAR
 from relform_core.sensors_config import SensorsConfig
+from relform_core.separation_config import SeparationConfig
 from relform_core.simulation_config import LockstepConfig, PlantConfig
 from relform_core.start_config import PLACE_MAX, StartConfig
 from relform_core.team_config import TeamConfig, check_known
@@ -75,6 +76,8 @@ class ScenarioConfig(Schema):
     """How nodes wait for each other."""
     pacing: Annotated[PacingConfig, Field(examples=["real_time"])] = LOCKSTEP
     """When a control step begins, as a mapping with its ``kind``, or the kind alone."""
+    separation: SeparationConfig | None = None
+    """Watch over the distances of the vehicles in flight; null: none."""
 
     @property
     def real_time(self) -> RealTimePacingConfig | None:
@@ -149,6 +152,7 @@ class ScenarioConfig(Schema):
         return (
             self.ground is not None
             or self.real_time is not None
+            or (self.separation is not None and self.separation.reaction == "evade")
             or not self.links.are_perfect
             or any(isinstance(event, CommandLoss | LinkFault) for event in self.events)
         )
@@ -222,11 +226,14 @@ class ScenarioConfig(Schema):
             if max(map(abs, position)) > PLACE_MAX:
                 return f"puts '{follower}' at {position}, which is farther than {PLACE_MAX:g} m away"
         positions = {self.team.leader: (0.0, 0.0, 0.0), **formation}
+        needed, reason = self.vehicle.separation_min, ""
+        if self.separation is not None:
+            needed, reason = self.separation.warning, " (separation.warning_m)"
         for (a, p_a), (b, p_b) in itertools.combinations(positions.items(), 2):
-            if (separation := math.dist(p_a, p_b)) < self.vehicle.separation_min:
+            if (separation := math.dist(p_a, p_b)) < needed:
                 return (
                     f"is impossible: '{a}' and '{b}' are {separation:.3f} m apart, "
-                    f"at least {self.vehicle.separation_min:.3f} m are needed"
+                    f"at least {needed:.3f} m are needed{reason}"
                 )
         return None
 
@@ -235,6 +242,16 @@ class ScenarioConfig(Schema):
         for name, formation in self.formations.items():
             if problem := self.formation_problem(formation):
                 raise ValueError(f"formation '{name}' {problem}")
+        return self
+
+    @model_validator(mode="after")
+    def _separation_noticed_in_time(self) -> Self:
+        collision = self.vehicle.separation_min
+        if self.separation is not None and self.separation.emergency <= collision:
+            raise ValueError(
+                f"separation.emergency_m {self.separation.emergency} must be more than {collision:g} m, at "
+                "which vehicles collide (2 x vehicle.collision_radius_m)"
+            )
         return self
 
     @model_validator(mode="after")

@@ -13,7 +13,7 @@ from relform_core.arrays import Array
 from relform_core.flight_modes import TeamMode, TeamRequest, VehicleMode
 from relform_core.live_values import Value
 from relform_core.measurements import RotorCommand
-from relform_core.names import EstimatorMode, SolverState
+from relform_core.names import EstimatorMode, SeparationLevel, SolverState
 from relform_core.schema import Vector3
 
 T = TypeVar("T")
@@ -134,6 +134,45 @@ class SolverReport:
     """From the measurements to the plan, further SQP steps included [s]."""
 
 
+@dataclass(frozen=True)
+class Nearest:
+    """Two vehicles, and how far apart they are."""
+
+    vehicles: tuple[str, str]
+    """In team order."""
+    distance: float
+    """[m]"""
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """A danger that begins in a control step; the flight goes on."""
+
+    source: str
+    """What it is about, such as a vehicle."""
+    description: str
+
+
+@dataclass(frozen=True)
+class SeparationReport:
+    """How far apart the vehicles are (relform_msgs/Separation)."""
+
+    level: SeparationLevel
+    estimated: Nearest
+    """The two that are nearest by the estimate of the controller."""
+    measured: Nearest | None
+    """The two that are nearest by the ranges that vehicles have measured; None: none arrived lately."""
+    predicted: Nearest
+    """The two that come nearest in the plan."""
+    predicted_in: float
+    """How far ahead that is [s]."""
+
+    def __str__(self) -> str:
+        near = min((self.estimated, *filter(None, [self.measured])), key=lambda nearest: nearest.distance)
+        first, second = near.vehicles
+        return f"{first} and {second} are {near.distance:.2f} m apart"
+
+
 @dataclass(frozen=True, eq=False)
 class Decision:
     """Everything that one control step decided and saw."""
@@ -147,6 +186,10 @@ class Decision:
     reference: TeamReference
     holds_for: str = ""
     """What the start of the mission still waits for while the team holds its place; empty: it has started."""
+    separation: SeparationReport | None = None
+    """None: nobody asked for it."""
+    alarms: tuple[Alarm, ...] = ()
+    """Those that begin in this step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,9 +261,16 @@ class FaultReported:
 
 
 @dataclass(frozen=True)
+class AlarmRaised:
+    """The controller has noticed a danger."""
+
+    description: str
+
+
+@dataclass(frozen=True)
 class Event:
     """Something that a replay must impose beside the sensor data (relform_msgs/FormationEvent)."""
 
     source: str
     """Vehicle or node that caused the event."""
-    content: StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade
+    content: StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade | AlarmRaised

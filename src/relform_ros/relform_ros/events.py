@@ -12,6 +12,7 @@ from relform_core.names import EventKind
 from relform_core.schema import Vector3
 from relform_core.team_config import TeamConfig
 from relform_core.telemetry import (
+    AlarmRaised,
     Event,
     FaultReported,
     FormationSet,
@@ -60,6 +61,9 @@ def event_to_msg(event: PerStep[Event], team: TeamConfig) -> FormationEventMsg:
         case FaultReported(description):
             msg.kind = EventKind.FAULT.value
             msg.description = description
+        case AlarmRaised(description):
+            msg.kind = EventKind.ALARM.value
+            msg.description = description
     return msg
 
 
@@ -70,7 +74,7 @@ def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
         RejectionError: see the module; also an unknown kind, or lists that differ in length.
     """
     stamp_ns = header_from_msg(msg.header, "")
-    content: StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade
+    content: StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade | AlarmRaised
     match msg.kind:
         case EventKind.STEP:
             check_lengths(msg, "input_topics", "input_stamps")
@@ -84,6 +88,8 @@ def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
             content = ParametersSet(dict(zip(msg.parameter_names, msg.parameter_values, strict=True)))
         case EventKind.FAULT:
             content = FaultReported(msg.description)
+        case EventKind.ALARM:
+            content = AlarmRaised(msg.description)
         case EventKind.REQUEST:
             content = RequestMade(_request(msg.description), tuple(msg.request_values))
         case _:

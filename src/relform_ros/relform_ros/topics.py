@@ -26,6 +26,7 @@ from relform_msgs.msg import (
     FormationReference,
     FormationState,
     RotorSpeeds,
+    Separation,
     SolverStatus,
     StepDone,
     TeamStatus,
@@ -72,6 +73,11 @@ def _of_controller(controller: Controller, config: ScenarioConfig, roster: Roste
         Topic(controller.state, FormationState, writer, roster.observers),
         Topic(controller.solver, SolverStatus, writer, roster.observers),
         Topic(controller.reference, FormationReference, writer, roster.observers),
+        *(
+            []
+            if config.separation is None
+            else [Topic(controller.separation, Separation, writer, roster.observers)]
+        ),
         *(() if config.ground is None else [Topic(controller.status, TeamStatus, writer, roster.observers)]),
     ]
 

@@ -13,9 +13,11 @@ from relform_core.arrays import Array
 from relform_core.flight_modes import Request, VehicleMode
 from relform_core.ground_config import GroundConfig
 from relform_core.measurements import RotorCommand
+from relform_core.separation_config import SeparationConfig
 from relform_core.units import seconds_to_ns
 from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
 from relform_sim.autopilot import Autopilot
+from relform_sim.evasion import Evasion
 from relform_sim.failsafe import Failsafe
 from relform_sim.inbox import Inbox, planned_speeds
 from relform_sim.mode_table import Happening, ModeMachine
@@ -40,6 +42,12 @@ class OnboardCounts:
     """Intervals before the first good command, in the air."""
     disarmed: int = 0
     """Intervals with motors off for good, because the failsafe has landed or the controller asked for it."""
+    evaded: int = 0
+    """Intervals in which the vehicle rose or sank, because another one was too close."""
+
+
+_EVADES = frozenset({VehicleMode.HOVERING, VehicleMode.FLYING, VehicleMode.FAILSAFE})
+"""Modes in which a vehicle evades others; those that take off or land side by side do not."""
 
 
 class Onboard:
@@ -51,9 +59,22 @@ class Onboard:
     """
 
     def __init__(
-        self, config: VehicleConfig, period: float, ground: GroundConfig | None = None, height: float = 0.0
+        self,
+        config: VehicleConfig,
+        period: float,
+        ground: GroundConfig | None = None,
+        height: float = 0.0,
+        separation: SeparationConfig | None = None,
     ) -> None:
-        """Vehicle, length of the intervals [s]; how it takes off (None: never), and to which height [m]."""
+        """Take over a vehicle.
+
+        Args:
+            config: nominal vehicle.
+            period: length of the intervals [s].
+            ground: how it takes off; None: never.
+            height: of its take-off [m].
+            separation: when it evades other vehicles; None: never.
+        """
         self._speed_min = config.rotor_speed_min
         self._speed_max = config.rotor_speed_max
         self._pilot: Pilot
@@ -63,6 +84,9 @@ class Onboard:
         else:
             self._pilot = Autopilot(config, period, ground, height)
             self._machine = ModeMachine(VehicleMode.IDLE)
+        self._evasion: Evasion | None = None
+        if separation is not None and separation.reaction == "evade":
+            self._evasion = Evasion(config, period, separation)
         self._inbox = Inbox()
         self._hears = False
         """Whether a command has arrived within the present interval."""
@@ -103,6 +127,8 @@ class Onboard:
         self._hears = False
         self.counts.rejected += self._inbox.take(stamp_ns, commands)
         self._pilot.sense(readings, self.mode, self._applied)
+        if self._evasion is not None:
+            self._evasion.sense(readings)
         plan = self._inbox.newest_to_fly
         planned = None if plan is None else planned_speeds(plan, stamp_ns, self._plan_max_ns)
         self._change_mode(stamp_ns, has_plan=planned is not None)
@@ -123,6 +149,7 @@ class Onboard:
             self.counts.hovered += self._inbox.newest is None
             speeds = self._pilot.rotor_speeds(self.mode)
             self._applied = np.clip(speeds, self._speed_min, self._speed_max)
+        self.counts.evaded += self._evade()
         return self._applied
 
     def update(self, now_ns: int, commands: Sequence[RotorCommand]) -> Array | None:
@@ -151,7 +178,15 @@ class Onboard:
             self._replays = False
             self.counts.replayed -= 1
         self._applied = np.clip(planned, self._speed_min, self._speed_max)
+        self._evade()
         return self._applied
+
+    def _evade(self) -> bool:
+        """Change the newest rotor speeds where another vehicle is too close; whether one is."""
+        if self._evasion is None or not self._evasion.is_needed or self.mode not in _EVADES:
+            return False
+        self._applied = self._evasion.rotor_speeds(self._applied)
+        return True
 
     def _change_mode(self, stamp_ns: int, *, has_plan: bool) -> None:
         newest = self._inbox.newest

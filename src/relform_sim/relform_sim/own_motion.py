@@ -12,6 +12,7 @@ from relform_core.arrays import Array
 from relform_core.rotation import rotation_matrix
 from relform_core.sensors.sonar import Sonar
 from relform_core.units import GRAVITY
+from relform_sim.axis_filter import AxisFilter
 from relform_sim.landmarks import Landmarks
 from relform_sim.pilot import Readings
 
@@ -21,45 +22,6 @@ AGILE_STD = 1.0
 """The same while the controller flies [m/s^2]."""
 SONAR_STD = 0.03
 """Of the measured height [m]; a range message does not say."""
-
-
-class _Axis:
-    """Kalman filter of position and velocity along one axis, driven by a measured acceleration."""
-
-    def __init__(self) -> None:
-        self.position = self.velocity = 0.0
-        self._pp = self._pv = self._vv = 0.0
-
-    def reset(self, position: float) -> None:
-        """Rest at a known position."""
-        self.position, self.velocity = position, 0.0
-        self._pp = self._pv = self._vv = 0.0
-
-    def predict(self, acceleration: float, std: float, period: float) -> None:
-        """Move by an acceleration with this standard deviation."""
-        self.position += period * (self.velocity + 0.5 * period * acceleration)
-        self.velocity += period * acceleration
-        variance = (std * period) ** 2
-        self._pp += period * (2.0 * self._pv + period * self._vv) + 0.25 * period**2 * variance
-        self._pv += period * self._vv + 0.5 * period * variance
-        self._vv += variance
-
-    def measure_velocity(self, velocity: float, variance: float) -> None:
-        """Correct by a measured velocity."""
-        self._correct(velocity - self.velocity, self._pv, self._vv, self._vv + variance)
-
-    def measure_position(self, position: float, variance: float) -> None:
-        """Correct by a measured position."""
-        self._correct(position - self.position, self._pp, self._pv, self._pp + variance)
-
-    def _correct(self, innovation: float, of_position: float, of_velocity: float, variance: float) -> None:
-        """Joseph's form is not needed: variances stay above those of the process noise of one step."""
-        gain_p, gain_v = of_position / variance, of_velocity / variance
-        self.position += gain_p * innovation
-        self.velocity += gain_v * innovation
-        self._pp -= gain_p * of_position
-        self._pv -= gain_p * of_velocity
-        self._vv -= gain_v * of_velocity
 
 
 class OwnMotion:
@@ -73,7 +35,7 @@ class OwnMotion:
     def __init__(self, period: float, leg_height: float) -> None:
         self._period = period
         self._leg_height = leg_height
-        self._axes = (_Axis(), _Axis(), _Axis())
+        self._axes = (AxisFilter(), AxisFilter(), AxisFilter())
         self._landmarks = Landmarks()
         self._before: Array | None = None
         """The attitude of the last readings."""

@@ -21,6 +21,8 @@ class Readings(NamedTuple):
     """Of neighbours that may serve as landmarks, by name."""
     place_N: Array | None = None
     """Position by the localization [m], shape (3,); None: it was not measured, or the vehicle has none."""
+    neighbours: Mapping[str, RangeBearing] = {}
+    """Of all neighbours in view, by name."""
 
 
 class Pilot(Protocol):

@@ -80,7 +80,9 @@ class Vehicle:
         )
         self._obstacles = config.obstacles
         height = config.start_places[name][2]
-        self._onboard = Onboard(config.vehicle, config.controller.period, config.ground, height)
+        self._onboard = Onboard(
+            config.vehicle, config.controller.period, config.ground, height, config.separation
+        )
         self._contact = GroundContact(name, config.vehicle.leg_height)
         self._applied: deque[Array] = deque(maxlen=ACKNOWLEDGED_INTERVALS)
         """Rotor speeds of the last intervals [rad/s], the oldest first."""
@@ -200,7 +202,7 @@ class Vehicle:
         sights = {} if seen is None else seen.by_target
         before = self._vehicles[: self._vehicles.index(self._name)]
         landmarks = {name: sights[name] for name in before if name in sights}
-        return Readings(imu, optic_flow, sonar, landmarks, place_N)
+        return Readings(imu, optic_flow, sonar, landmarks, place_N, sights)
 
     def _check_instant(self, step: int, ground_truth: Mapping[str, Odometry]) -> None:
         if step != self._step:

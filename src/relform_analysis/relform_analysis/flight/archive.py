@@ -17,8 +17,10 @@ KEPT_FLIGHT = "flight.npz"
 """The log of a flight without a bag, beside its configuration."""
 _TABLES = ("solver", "estimator", "active_constraints")
 """Fields of a log that hold arrays by name; an archive has each of these arrays under ``field.name``."""
-_ENTRIES = ("faults", "changes", "degraded")
+_ENTRIES = ("faults", "changes", "degraded", "alarms")
 """Fields of a log that hold entries in words."""
+_NONE = np.zeros((0, 3))
+"""Entries that an older version did not write."""
 _OTHERS = {"scenario", "phase", "real_time", *_TABLES, *_ENTRIES}
 """Fields of a log that are not arrays; no flight of a sweep is in real time."""
 
@@ -57,7 +59,7 @@ def read_log(path: Path | str, scenario: LoadedScenario) -> FlightLog:
         phase = arrays.pop("phase")
         entries = {
             name: tuple(
-                LogEntry(int(stamp), source, text) for stamp, source, text in arrays.pop(name).tolist()
+                LogEntry(int(stamp), source, text) for stamp, source, text in arrays.pop(name, _NONE).tolist()
             )
             for name in _ENTRIES
         }
@@ -74,6 +76,7 @@ def read_log(path: Path | str, scenario: LoadedScenario) -> FlightLog:
             faults=entries["faults"],
             changes=entries["changes"],
             degraded=entries["degraded"],
+            alarms=entries["alarms"],
             **arrays,
         )
     except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:

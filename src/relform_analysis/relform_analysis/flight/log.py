@@ -97,6 +97,8 @@ class FlightLog:
     """When the estimator was degraded, until when, and why."""
     real_time: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """What each node last reported about the wall clock, by key of /diagnostics; empty: lock-step."""
+    alarms: tuple[LogEntry, ...] = ()
+    """Dangers that the controller has noticed."""
 
     @property
     def vehicles(self) -> tuple[str, ...]:

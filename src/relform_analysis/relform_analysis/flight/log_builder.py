@@ -22,6 +22,7 @@ from relform_core.measurements import Odometry, RotorCommand
 from relform_core.names import GROUND_TRUTH, REFERENCE, EstimatorMode, vehicle_topic
 from relform_core.schema import Vector3
 from relform_core.telemetry import (
+    AlarmRaised,
     Decision,
     Event,
     FaultReported,
@@ -82,6 +83,7 @@ class FlightLogBuilder:
         """Of the newest status; statuses come in order."""
         self._faults: list[LogEntry] = []
         self._changes: list[LogEntry] = []
+        self._alarms: list[LogEntry] = []
         self._real_time: dict[str, Mapping[str, float]] = {}
 
     def add_ground_truth(self, vehicle: str, odometry: Odometry) -> None:
@@ -152,6 +154,8 @@ class FlightLogBuilder:
         match event.value.content:
             case FaultReported(description):
                 self.add_fault(event.stamp_ns, source, description)
+            case AlarmRaised(description):
+                self._alarms.append(LogEntry(event.stamp_ns, source, description))
             case ParametersSet(changes):
                 words = ", ".join(f"{key} = {value:g}" for key, value in changes.items())
                 self._changes.append(LogEntry(event.stamp_ns, source, f"set {words}"))
@@ -172,6 +176,7 @@ class FlightLogBuilder:
         self.add_reference(PerStep(step, stamp_ns, decision.reference))
         self.add_state(PerStep(step, stamp_ns, decision.state))
         self.add_solver(PerStep(step, stamp_ns, decision.solver))
+        self._alarms += [LogEntry(stamp_ns, alarm.source, alarm.description) for alarm in decision.alarms]
         for vehicle, command in decision.commands.items():
             self.add_command(vehicle, command)
 
@@ -229,6 +234,7 @@ class FlightLogBuilder:
             },
             faults=tuple(self._faults),
             changes=tuple(self._changes),
+            alarms=tuple(self._alarms),
             degraded=tuple(self._spans_degraded(stamps)),
             real_time=self._real_time,
         )

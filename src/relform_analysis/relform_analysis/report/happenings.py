@@ -27,7 +27,7 @@ class Kind(StrEnum):
     CHANGE = "change"
     """A user or the mission: parameters, formations, requests, modes."""
     TROUBLE = "trouble"
-    """The flight itself: a degraded estimator, an active constraint, a fallback, a fault."""
+    """The flight itself: a degraded estimator, an active constraint, a fallback, an alarm, a fault."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def happenings(log: FlightLog) -> list[Happening]:
         *(_degraded(log, entry) for entry in log.degraded),
         *_fallbacks(log),
         *_constraints(log),
-        *(_instant(entry, Kind.TROUBLE) for entry in log.faults),
+        *(_instant(entry, Kind.TROUBLE) for entry in (*log.alarms, *log.faults)),
     ]
     return sorted(found, key=lambda happening: happening.start)
 

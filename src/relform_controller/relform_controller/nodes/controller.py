@@ -29,6 +29,7 @@ from relform_core.names import (
 from relform_core.roster import Controller, Roster
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.telemetry import (
+    AlarmRaised,
     Decision,
     EstimatorReport,
     Event,
@@ -36,6 +37,7 @@ from relform_core.telemetry import (
     ParametersSet,
     PerStep,
     RequestMade,
+    SeparationReport,
     Standby,
     StepDecided,
 )
@@ -48,6 +50,7 @@ from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, run_node
 from relform_ros.sensors.wire import wire
+from relform_ros.separation import separation_to_msg
 from relform_ros.spinner import Spinner
 from relform_ros.team_status import status_to_msg
 from relform_ros.telemetry import reference_to_msg, solver_to_msg, state_to_msg
@@ -64,7 +67,11 @@ class ControllerNode:
         self._n_steps = config.n_steps
         self._period_ns = config.period_ns
         self._me = me
-        self._telemetry = (me.state, me.solver, me.reference, me.events)
+        watches_separation = config.separation is not None
+        self._telemetry = (
+            *(me.state, me.solver, me.reference, me.events),
+            *([me.separation] if watches_separation else []),
+        )
         """No vehicle waits for these topics."""
         self._controller = make_controller(config, time_budget=_time_budget(config))
         self._parameters = LiveParameters(
@@ -78,6 +85,8 @@ class ControllerNode:
         """Of the newest decision."""
         self._rejected = 0
         """Measurements that the estimator has rejected in the flight."""
+        self._separation: SeparationReport | None = None
+        """Of the newest decision."""
         self._waiting_for = ""
         """What the start of the mission waits for; empty: it has started."""
         self._requests: RequestServices | None = None
@@ -164,6 +173,7 @@ class ControllerNode:
         self._waiting_for = decision.holds_for
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
+        self._separation = decision.separation
         if decision.state.estimator is not None:
             self._estimator = decision.state.estimator
             self._rejected += len(self._estimator.rejected)
@@ -175,19 +185,29 @@ class ControllerNode:
 
     def _publish_telemetry(self, decision: Decision, inputs: tuple[tuple[str, int], ...]) -> None:
         step, stamp_ns = decision.step, decision.stamp_ns
-        telemetry = (  # in the order of self._telemetry
+        telemetry = [  # in the order of self._telemetry
             state_to_msg(PerStep(step, stamp_ns, decision.state)),
             solver_to_msg(PerStep(step, stamp_ns, decision.solver)),
             reference_to_msg(PerStep(step, stamp_ns, decision.reference)),
             self._event(step, StepDecided(inputs, decision.solver.sqp_steps)),
-        )
+        ]
+        if decision.separation is not None:
+            telemetry.append(separation_to_msg(PerStep(step, stamp_ns, decision.separation)))
         for topic, message in zip(self._telemetry, telemetry, strict=True):
             self._pacing.publish(topic, message)
+        for alarm in decision.alarms:
+            print(f"{self._me.node}: {alarm.source}: {alarm.description}", file=sys.stderr)
+            self._pacing.publish(
+                self._me.events, self._event(step, AlarmRaised(alarm.description), alarm.source)
+            )
 
     def _event(
-        self, step: int, content: StepDecided | FormationSet | ParametersSet | RequestMade
+        self,
+        step: int,
+        content: StepDecided | FormationSet | ParametersSet | RequestMade | AlarmRaised,
+        source: str | None = None,
     ) -> FormationEvent:
-        event = PerStep(step, step * self._period_ns, Event(self._me.node, content))
+        event = PerStep(step, step * self._period_ns, Event(source or self._me.node, content))
         return event_to_msg(event, self._team)
 
     def _open_step(self) -> int | None:
@@ -204,8 +224,15 @@ class ControllerNode:
             "estimator.nis": self._estimator.nis,
             "estimator.nis_dof": self._estimator.nis_dof,
             "estimator.rejected": self._rejected,
+            **self._report_of_separation(),
             **self._report_of_team(),
         }
+
+    def _report_of_separation(self) -> Mapping[str, object]:
+        """How far apart the vehicles are; nothing where it is not watched, or not known yet."""
+        if self._separation is None:
+            return {}
+        return {"separation.level": self._separation.level.name.lower(), "separation": str(self._separation)}
 
     def _report_of_team(self) -> Mapping[str, object]:
         """What the team does; nothing where it has no take-off and landing."""

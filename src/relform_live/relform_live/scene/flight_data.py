@@ -15,6 +15,7 @@ from relform_core.rotation import quaternion_from_yaw
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.sensors.range_bearing import RangeBearings
 from relform_core.telemetry import (
+    AlarmRaised,
     Event,
     FaultReported,
     FormationSet,
@@ -153,7 +154,7 @@ class FlightData:
                 self.note(event.stamp_ns, f"{source}: {values}")
             case RequestMade(request):
                 self.note(event.stamp_ns, f"{request.value.replace('_', ' ')} requested")
-            case FaultReported(description):
+            case FaultReported(description) | AlarmRaised(description):
                 self.note(event.stamp_ns, f"{source}: {description}", Severity.ERROR)
 
     def clear(self) -> None:
