@@ -53,6 +53,10 @@ bench-ros: setup ## measure the CPU time of a control step over ROS, process by 
 bench-real-time: setup ## measure latency and missed deadlines of flights on the wall clock
 	@$(PYTHON_IN_VENV) scripts/bench_real_time.py $(ARGS)
 
+.PHONY: faults
+faults: setup ## fly the fault campaign into runs/faults, 200 cases in a quarter of an hour (ARGS="--cases 25")
+	@$(PYTHON_IN_VENV) scripts/faults.py $(ARGS)
+
 .PHONY: lint
 lint: setup ## check style, types and import rules
 	@$(PYTHON_IN_VENV) -m ruff check

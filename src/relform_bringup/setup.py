@@ -28,7 +28,7 @@ setup(
     maintainer_email="maintainers@relform.dev",
     license="Apache-2.0",
     packages=find_packages(),
-    package_data={"": ["py.typed"]},
+    package_data={"": ["py.typed", "*.c"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

@@ -68,6 +68,8 @@ RUN_ELSEWHERE = {
     "scripts/bench.py --set controller=team_100hz": "tests/unit/analysis/test_bench.py::test_every_number_of_short_flights",
     "scripts/export_path.py runs/latest --out path.csv": f"{_EXPORT}::test_leader_of_our_bag",
     "scripts/export_path.py some/bag --topic /drone/odom --period 0.5 --start 12 --end 60 --out path.csv": f"{_EXPORT}::test_bag_of_others_becomes_a_motion",
+    # docs/reliability.md
+    "scripts/faults.py --case kill-fly:6": "tests/ros/test_faults.py::test_a_short_campaign_passes",
     # docs/nodes.md
     "ros2 run relform_sim quadrotor --ros-args -r __ns:=/leader --params-file config/nodes.yaml": _NODES,
     "ros2 run relform_sim quadrotor --ros-args -r __ns:=/follower_1 --params-file config/nodes.yaml": _NODES,

@@ -18,6 +18,8 @@ class Stream(IntEnum):
     """Packets to the controller; the barometer has 7."""
     LINK_DOWN = 9
     START = 10
+    FAULTS = 20
+    """What is done to a flight of the fault campaign."""
 
 
 class Streams:
