@@ -1,5 +1,6 @@
 """Measurements and commands arrive bit for bit; messages that cannot be used are rejected with the reason."""
 
+import contextlib
 import inspect
 import math
 import re
@@ -27,7 +28,9 @@ from relform_core.sensors.sensor import Source
 from relform_core.sensors.sonar import Sonar
 from relform_ros import commands
 from relform_ros import odometry as odometry_wire
-from relform_ros.rejection import Reason, RejectionError
+from relform_ros.fields import MAGNITUDE_MAX
+from relform_ros.raw import raw_stamp_ns
+from relform_ros.rejection import EXPLANATION_MAX, Reason, RejectionError
 from relform_ros.sensors import applied_rotor_speeds as applied_wire
 from relform_ros.sensors import barometer as barometer_wire
 from relform_ros.sensors import flight_status as status_wire
@@ -48,6 +51,9 @@ def array(*shape: int, elements: st.SearchStrategy[float] = FINITE) -> st.Search
     return arrays(np.float64, shape, elements=elements)
 
 
+NUMBERS = st.floats(-MAGNITUDE_MAX, MAGNITUDE_MAX)
+
+
 def unit(parts: Any) -> Any:
     norm = np.linalg.norm(parts)
     return parts / norm if norm > 1e-3 else np.array([0.0, 0.0, -0.0, 1.0])
@@ -60,19 +66,29 @@ def covariance(draw: st.DrawFn, size: int) -> Any:
     return matrix
 
 
+@st.composite
+def correlated(draw: st.DrawFn) -> Any:
+    """A covariance of full or lower rank, or a diagonal one."""
+    root = draw(array(3, 3, elements=st.floats(-10.0, 10.0)))
+    full = root @ root.T
+    return full if draw(st.booleans()) else np.diag(full.diagonal())
+
+
 UNIT = array(4, elements=st.floats(-1.0, 1.0)).map(unit)
 IMU = st.builds(
     Imu,
     stamp_ns=STAMPS,
     q_NB=UNIT,
     attitude_covariance=covariance(3),
-    w_NB_B=array(3),
+    w_NB_B=array(3, elements=NUMBERS),
     gyro_covariance=covariance(3),
-    f_NB_B=array(3),
+    f_NB_B=array(3, elements=NUMBERS),
     accelerometer_covariance=covariance(3),
 )
-OPTIC_FLOW = st.builds(OpticFlow, stamp_ns=STAMPS, v_NB_B=array(3), covariance=covariance(3))
-METRES = st.floats(0.0, 2.0**100, width=32)
+OPTIC_FLOW = st.builds(
+    OpticFlow, stamp_ns=STAMPS, v_NB_B=array(3, elements=NUMBERS), covariance=covariance(3)
+)
+METRES = st.floats(0.0, MAGNITUDE_MAX, width=32)
 SONAR = st.builds(
     Sonar,
     stamp_ns=STAMPS,
@@ -84,10 +100,10 @@ SONAR = st.builds(
 RANGE_BEARING = st.builds(
     RangeBearing,
     target=st.just(""),
-    range=st.floats(0.0, 1e300, exclude_min=True),
+    range=st.floats(0.0, MAGNITUDE_MAX, exclude_min=True),
     azimuth=st.floats(-math.pi, math.pi),
     elevation=st.floats(-math.pi / 2, math.pi / 2),
-    covariance=covariance(3),
+    covariance=correlated(),
 )
 
 
@@ -101,10 +117,10 @@ def range_bearings(draw: st.DrawFn) -> RangeBearings:
 ODOMETRY = st.builds(
     Odometry,
     stamp_ns=STAMPS,
-    p_NB_N=array(3),
+    p_NB_N=array(3, elements=NUMBERS),
     q_NB=UNIT,
-    v_NB_B=array(3),
-    w_NB_B=array(3),
+    v_NB_B=array(3, elements=NUMBERS),
+    w_NB_B=array(3, elements=NUMBERS),
     pose_covariance=covariance(6),
     twist_covariance=covariance(6),
 )
@@ -114,7 +130,7 @@ AIR_PRESSURE = st.builds(
     pressure=st.floats(0.0, 1e300, exclude_min=True),
     variance=st.floats(0.0, 1e300),
 )
-SPEED = st.floats(0.0, 1e300)
+SPEED = st.floats(0.0, MAGNITUDE_MAX)
 ROTOR_COMMAND = st.builds(
     RotorCommand,
     stamp_ns=STAMPS,
@@ -305,6 +321,7 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("imu", "orientation.w", NAN, Reason.INVALID, "orientation must be finite"),
         ("imu", "orientation.w", 0.95, Reason.INVALID, "orientation must be a unit quaternion (got norm 1.0"),
         ("imu", "angular_velocity.y", -INF, Reason.INVALID, "angular_velocity must be finite"),
+        ("imu", "angular_velocity.y", -1.1e8, Reason.INVALID, "angular_velocity must be within 1e+08 (got ["),
         ("imu", "linear_acceleration.z", NAN, Reason.INVALID, "linear_acceleration must be finite"),
         (
             "imu",
@@ -325,7 +342,8 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("flow", "twist.twist.linear.x", NAN, Reason.INVALID, "twist.linear must be finite"),
         ("flow", "twist.covariance[7]", -0.5, Reason.INVALID, "negative variances"),
         ("sonar", "header.frame_id", "map", Reason.FOREIGN, "(got 'map')"),
-        ("sonar", "range", NAN, Reason.INVALID, "range must be non-negative or infinite (got nan)"),
+        ("sonar", "range", NAN, Reason.INVALID, "range must be infinite, or 0 to 1e+08 m (got nan)"),
+        ("sonar", "range", 2e8, Reason.INVALID, "0 to 1e+08 m"),
         ("sonar", "range", -0.5, Reason.INVALID, "(got -0.5)"),
         ("sonar", "min_range", -0.5, Reason.INVALID, "min_range must be finite and not negative"),
         ("sonar", "max_range", INF, Reason.INVALID, "max_range must be finite"),
@@ -338,7 +356,9 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("bearings", "observations[1].range", INF, Reason.INVALID, "(got inf)"),
         ("bearings", "observations[1].azimuth", 3.15, Reason.INVALID, "azimuth to 'follower_2'"),
         ("bearings", "observations[1].elevation", NAN, Reason.INVALID, "elevation to 'follower_2'"),
+        ("bearings", "observations[1].range", 1.1e8, Reason.INVALID, "at most 1e+08 m (got 110000000.0)"),
         ("bearings", "observations[1].covariance[3]", NAN, Reason.INVALID, "covariance must be finite"),
+        ("bearings", "observations[1].covariance[3]", 0.5, Reason.INVALID, "must be symmetric and positive"),
         ("pressure", "header.frame_id", "leader/base_link", Reason.FOREIGN, "frame_id"),
         ("pressure", "header.stamp.sec", -1, Reason.INVALID, "no valid stamp"),
         ("pressure", "fluid_pressure", NAN, Reason.INVALID, "fluid_pressure must be positive and finite"),
@@ -357,6 +377,13 @@ def test_the_unchanged_messages_are_accepted(kind: str) -> None:
         ("odometry data", "header.frame_id", "odom", Reason.FOREIGN, "frame_id must be 'map' (got 'odom')"),
         ("odometry data", "child_frame_id", "leader/base_link", Reason.FOREIGN, "child_frame_id must be"),
         ("odometry data", "pose.pose.position.z", NAN, Reason.INVALID, "position must be finite"),
+        (
+            "odometry data",
+            "twist.twist.angular.x",
+            -1e300,
+            Reason.INVALID,
+            "twist.angular must be within 1e+08",
+        ),
         ("odometry data", "pose.pose.orientation.x", 2.0, Reason.INVALID, "unit quaternion"),
         ("odometry data", "twist.twist.linear.y", INF, Reason.INVALID, "twist.linear must be finite"),
         ("odometry data", "twist.twist.angular.y", NAN, Reason.INVALID, "twist.angular must be finite"),
@@ -414,6 +441,46 @@ def test_an_acknowledgement_of_an_incomplete_interval_is_rejected() -> None:
     message.speeds.pop()
     with pytest.raises(RejectionError, match=re.escape("speeds must hold 4 per interval (got 79)")):
         applied_wire.from_msg(over_the_wire(message), NAME, TEAM)
+
+
+def test_more_intervals_than_are_ever_acknowledged_are_rejected() -> None:
+    message = applied_message()
+    message.speeds = [501.5] * 84
+    with pytest.raises(RejectionError, match=re.escape("at most 20 intervals (got 84 numbers)")):
+        applied_wire.from_msg(over_the_wire(message), NAME, TEAM)
+
+
+def test_correlations_that_no_covariance_has_are_rejected() -> None:
+    message = bearings_message()
+    covariance = np.array([[1.0, 0.9, 0.3], [0.9, 1.0, -0.9], [0.3, -0.9, 1.0]])
+    message.observations[1].covariance = covariance.reshape(-1)
+    with pytest.raises(RejectionError, match="must be symmetric and positive semidefinite"):
+        bearings_wire.from_msg(over_the_wire(message), NAME, TEAM)
+
+
+@pytest.mark.parametrize("cut", [0, 1, 3, 11, 20, 33, 100])
+def test_bytes_that_are_no_message_are_rejected(cut: int) -> None:
+    data = serialize_message(odometry_message())[:cut]
+    with pytest.raises(RejectionError, match=f"{cut} bytes cannot be decoded") as error:
+        odometry_wire.odometry_from_data(data, NAME)
+    assert error.value.reason is Reason.INVALID
+
+
+@given(st.binary(max_size=800))
+def test_any_bytes_are_an_odometry_or_rejected(data: bytes) -> None:
+    with contextlib.suppress(RejectionError):
+        odometry_wire.odometry_from_data(data, NAME)
+    with contextlib.suppress(RejectionError):
+        assert raw_stamp_ns(data) >= 0
+
+
+def test_what_a_stranger_sent_is_quoted_in_one_short_line() -> None:
+    message = imu_message()
+    message.header.frame_id = "line\n" * 10_000
+    with pytest.raises(RejectionError, match="frame_id must be") as error:
+        imu_wire.from_msg(over_the_wire(message), NAME, TEAM)
+    assert len(str(error.value)) <= EXPLANATION_MAX
+    assert str(error.value).isprintable()
 
 
 def test_the_rates_of_an_optic_flow_are_marked_as_not_measured() -> None:

@@ -139,13 +139,40 @@ def test_log_of_another_controller_comes_from_its_topics() -> None:
     assert builder.build().phase == ("B",)
 
 
-def test_message_that_cannot_be_used_is_one_line(tmp_path: Path) -> None:
+def test_what_cannot_be_used_is_left_out_as_the_nodes_did(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(tmp_path / "whole").close()
     writer = write(tmp_path / "bag")
     strange = message(REFERENCE, STEPS)
     strange.formation[0].target_id = "stranger"
     writer.write(REFERENCE, serialize_message(strange), 50_000_000 * STEPS, 0)
+    second = message(REFERENCE, 1)
+    second.leader_position.x += 1.0
+    writer.write(REFERENCE, serialize_message(second), 50_000_000 * STEPS, 0)
+    writer.write(REFERENCE, serialize_message(second)[:50], 50_000_000 * STEPS, 0)
     writer.close()
-    assert error_of(tmp_path / "bag").startswith(f"{writer.file}: {REFERENCE}: ")
+    log = read_flight_log(tmp_path / "bag")
+    assert capsys.readouterr().err == (
+        f"{writer.file}: left out: 2 messages cannot be used, the last one on {REFERENCE}: 50 bytes cannot "
+        "be decoded as FormationReference\n"
+    )
+    expected = read_flight_log(tmp_path / "whole")
+    np.testing.assert_array_equal(log.leader_p_NB_N__ref, expected.leader_p_NB_N__ref)
+
+
+def test_why_nothing_can_be_used_is_one_line(tmp_path: Path) -> None:
+    writer = write(tmp_path / "bag", without=REFERENCE)
+    writer.add_topic(REFERENCE, TYPES[REFERENCE], [])
+    strange = message(REFERENCE, 0)
+    strange.formation[0].target_id = "stranger"
+    writer.write(REFERENCE, serialize_message(strange), 0, 0)
+    writer.close()
+    error = error_of(tmp_path / "bag")
+    assert error.startswith(
+        f"{writer.file}: no flight in it: there is no message on {REFERENCE}; 1 messages "
+    )
+    assert "stranger" in error
 
 
 def error_of(path: Path) -> str:

@@ -13,14 +13,17 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
+from relform_analysis.flight.from_bag import read_flight_log
 from relform_analysis.flight.simulate import fly_in_process
 from relform_core.names import (
     CONTROLLER_NODE,
     DIAGNOSTICS,
     EVENTS,
+    RECORDER_NODE,
     REFERENCE,
     step_done_topic,
     vehicle_node,
@@ -34,6 +37,8 @@ from support.observer import Observer
 from support.scenarios import paper_scenario
 
 VEHICLES = ("leader", "follower_1", "follower_2")
+FLOOD = 40
+"""Messages at a time, of those that are sent ten times as often as the vehicles send theirs."""
 EXIT_ERROR, EXIT_SILENT, EXIT_INTERRUPTED = 1, 2, 130
 
 
@@ -235,7 +240,7 @@ def test_a_formation_is_flown_from_the_next_step_on(flying: Observer) -> None:
 
 
 def test_foreign_messages_change_nothing(tmp_path: Path, domain_id: int, observer: Observer) -> None:
-    """A foreign publisher sends bad messages on every topic; the commands stay equal, bit for bit."""
+    """A foreign node sends bad messages and floods topics; the commands stay equal, bit for bit."""
     scenario = paper_scenario(short(3.0), seed=4)
     expected = fly_in_process(scenario)
     commands = observer.collect(RotorSpeeds, "/follower_1/rotor_speeds")
@@ -252,11 +257,18 @@ def test_foreign_messages_change_nothing(tmp_path: Path, domain_id: int, observe
         message.orientation.w = w
         return message
 
-    with Nodes(scenario, tmp_path, domain_id) as nodes:
+    with Nodes(scenario, tmp_path, domain_id, observers=(RECORDER_NODE,)) as nodes:
+        nodes.start("recorder", f"output:={tmp_path / 'bag'}")
         for name in (*VEHICLES, "controller", "clock"):
             nodes.start(name)
         for step in range(4, scenario.config.n_steps - 4, 4):
             observer.until(lambda step=step: ticks[-1:] != [] and ticks[-1].step >= step)
+            for _ in range(FLOOD):
+                imus.publish(imu(step - 2))
+                imus.publish(b"no message")
+                truths.publish(b"")
+                truths.publish(serialize_message(Odometry())[:40])
+                dones.publish(ticks[-1])
             imus.publish(imu(step, w=float("nan")))
             imus.publish(imu(step, frame="ufo/base_link"))
             imus.publish(imu(step - 1))
@@ -267,6 +279,10 @@ def test_foreign_messages_change_nothing(tmp_path: Path, domain_id: int, observe
         assert nodes.ends() == dict.fromkeys(nodes.processes, (0, ""))
     last_ns = (scenario.config.n_steps - 1) * scenario.config.period_ns
     observer.until(lambda: bool(commands) and stamp_from_msg(commands[-1].header.stamp) == last_ns)
+
+    recorded = read_flight_log(tmp_path / "bag")
+    np.testing.assert_array_equal(recorded.rotor_speeds, expected.rotor_speeds)
+    np.testing.assert_array_equal(recorded.p_NB_N, expected.p_NB_N)
 
     # The observer is no member of the barrier: on a busy machine it may be discovered after the first steps.
     steps = [stamp_from_msg(command.header.stamp) // scenario.config.period_ns for command in commands]
@@ -281,7 +297,11 @@ def test_foreign_messages_change_nothing(tmp_path: Path, domain_id: int, observe
     assert int(controller["rejected.foreign"]) > 0
     assert int(controller["rejected.early"]) > 0
     assert int(controller["rejected.stale"]) + int(controller["rejected.duplicate"]) > 0
+    n_rounds = len(range(4, scenario.config.n_steps - 4, 4)) - 1  # of the last one not all is counted
+    stale = int(controller["rejected.stale"]) + int(controller["rejected.duplicate"])
+    assert stale >= 2 * FLOOD * (n_rounds // 2), "the observer may be discovered after the first steps"
     assert int(counts["/follower_1/quadrotor"]["rejected.foreign"]) > 0  # a ground truth without a frame
+    assert int(counts["/follower_1/quadrotor"]["rejected.invalid"]) > 0  # one that is cut off
     assert int(counts["/sim/clock"]["rejected.stale"]) > 0
     assert counts["/follower_1/quadrotor"]["missing"] == "0"
     assert status["/formation/controller"].message.startswith("rejected ")

@@ -212,7 +212,7 @@ def test_ages() -> None:
 
 
 def arrivals() -> Arrivals:
-    kept = Arrivals([LEADER, CONTROLLER], {COMMAND: PERIOD_NS})
+    kept = Arrivals([LEADER, CONTROLLER], {COMMAND: PERIOD_NS}, PERIOD_NS)
     kept.open(IMU)
     kept.open(COMMAND)
     return kept
@@ -220,16 +220,16 @@ def arrivals() -> Arrivals:
 
 def test_a_step_is_complete_when_all_that_was_sent_has_arrived() -> None:
     kept = arrivals()
-    kept.report(Done(LEADER, READY, (), ""))
-    kept.report(Done(LEADER, 3, ((IMU, 150 * MS), ("/unread", 150 * MS)), ""))
+    kept.report(Done(LEADER, READY, (), ""), 0)
+    kept.report(Done(LEADER, 3, ((IMU, 150 * MS), ("/unread", 150 * MS)), ""), 150 * MS)
     assert not kept.complete(3), "the controller has not finished"
-    kept.report(Done(CONTROLLER, 3, (), ""))
+    kept.report(Done(CONTROLLER, 3, (), ""), 158 * MS)
     assert not kept.complete(3), "the message is still on its way"
     kept.add(IMU, Arrived(150 * MS, 158 * MS, "imu"))
     assert kept.complete(3)
     assert not kept.complete(4)
-    kept.report(Done(LEADER, 5, ((IMU, 250 * MS),), "lost"))
-    kept.report(Done(CONTROLLER, 5, (), ""))
+    kept.report(Done(LEADER, 5, ((IMU, 250 * MS),), "lost"), 255 * MS)
+    kept.report(Done(CONTROLLER, 5, (), ""), 255 * MS)
     assert kept.complete(4), "they have left out step 4"
     assert kept.faulty
 
@@ -258,11 +258,32 @@ def test_messages_wait_for_their_step() -> None:
         (Done(RECORDER, 0, (), ""), Reason.FOREIGN),
         (Done(LEADER, 2, (), ""), Reason.STALE),
         (Done(LEADER, 1, (), ""), Reason.STALE),
+        (Done(LEADER, 5, (), ""), Reason.EARLY),
     ],
 )
 def test_unusable_reports_are_refused(done: Done, reason: Reason) -> None:
     kept = arrivals()
-    kept.report(Done(LEADER, 2, (), ""))
+    kept.report(Done(LEADER, 2, (), ""), 101 * MS)
     with pytest.raises(RejectionError) as rejected:
-        kept.report(done)
+        kept.report(done, 102 * MS)
     assert rejected.value.reason is reason
+
+
+@pytest.mark.parametrize(
+    ("stamp_ms", "arrival_ms", "reason"),
+    [
+        (151, 160, Reason.INVALID),
+        (300, 160, Reason.EARLY),
+        (150, 160, Reason.DUPLICATE),
+        (150, 5_200, Reason.STALE),
+    ],
+)
+def test_unusable_messages_are_refused(stamp_ms: int, arrival_ms: int, reason: Reason) -> None:
+    kept = Arrivals([LEADER], {}, PERIOD_NS)
+    kept.open(IMU, is_single=True)
+    kept.add(IMU, Arrived(150 * MS, 152 * MS, "imu"))
+    with pytest.raises(RejectionError) as rejected:
+        kept.add(IMU, Arrived(stamp_ms * MS, arrival_ms * MS, "another"))
+    assert rejected.value.reason is reason
+    taken = kept.take([IMU], None, None)
+    assert [arrived.message for arrived in taken[IMU]] == ["imu"]

@@ -30,6 +30,7 @@ from relform_core.telemetry import (
     TeamState,
 )
 from relform_ros.events import event_from_msg, event_to_msg
+from relform_ros.fields import MAGNITUDE_MAX
 from relform_ros.rejection import Reason, RejectionError
 from relform_ros.telemetry import (
     reference_from_msg,
@@ -45,7 +46,8 @@ TEAM = TeamConfig(leader="leader", followers=("follower_1", "follower_2"))
 VEHICLES = TEAM.vehicles
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 STAMPS = st.integers(0, (2**31 - 1) * 10**9 + 999_999_999)
-VECTOR = arrays(np.float64, 3, elements=FINITE)
+NUMBERS = st.floats(-MAGNITUDE_MAX, MAGNITUDE_MAX)
+VECTOR = arrays(np.float64, 3, elements=NUMBERS)
 COUNT = st.integers(0, 2**32 - 1)
 COVARIANCE = st.none() | arrays(np.float64, (4, 4), elements=st.floats(0.0, 1e300))
 PAIRS = st.lists(st.sampled_from(list(itertools.permutations(VEHICLES, 2))), unique=True)
@@ -114,7 +116,7 @@ CONTENTS = st.one_of(
         sqp_steps=COUNT,
         waiting_for=st.text("abc "),
     ),
-    st.lists(st.tuples(FINITE, FINITE, FINITE), min_size=2, max_size=2).map(
+    st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=2, max_size=2).map(
         lambda places: FormationSet(dict(zip(TEAM.followers, places, strict=True)))
     ),
     st.builds(ParametersSet, st.dictionaries(st.sampled_from(["weights.a", "weights.b"]), FINITE)),

@@ -1,5 +1,6 @@
 """Messages as a subscription receives them, and values for comparison bit by bit."""
 
+import array
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -21,8 +22,12 @@ def bits(value: Any) -> Any:
             return value.hex()
         case dict():
             return [(key, bits(each)) for key, each in value.items()]
-        case tuple():
+        case tuple() | list():
             return [bits(each) for each in value]
+        case array.array():
+            return value.typecode, value.tobytes()
+        case _ if hasattr(value, "get_fields_and_field_types"):  # a message
+            return [bits(getattr(value, name)) for name in value.get_fields_and_field_types()]
         case _ if is_dataclass(value):
             return type(value), [(field.name, bits(getattr(value, field.name))) for field in fields(value)]
         case _:

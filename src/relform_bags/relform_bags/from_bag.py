@@ -13,7 +13,7 @@ from typing import Any
 from mcap.records import Schema
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap_ros2.decoder import DecoderFactory
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from rosidl_parser.definition import (
     AbstractGenericString,
     AbstractNestedType,
@@ -26,6 +26,7 @@ from relform_bags.message_types import SEPARATOR, message_class, message_type
 from relform_bags.reader import BagMessage
 from relform_cli.message_text import field_types
 from relform_core.errors import BagError
+from relform_ros.raw import decoded
 
 
 def decode(message: BagMessage) -> Any:
@@ -33,10 +34,11 @@ def decode(message: BagMessage) -> Any:
 
     Raises:
         BagError: the type is not installed, or the recorded definition cannot be read or contradicts it.
+        RejectionError: the recorded bytes are no such message.
     """
     installed = message_class(message.type_name)
     if has_installed_definition(message):
-        return deserialize_message(message.data, installed)
+        return decoded(message.data, installed)
     try:
         recorded = _decoder(message.type_name, message.definition)(message.data)
         return _taken_over(installed, recorded)

@@ -5,8 +5,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from rclpy.serialization import deserialize_message
-
 from relform_analysis.flight.bag_configuration import find_configuration
 from relform_bags.from_bag import as_installed
 from relform_bags.message_types import message_class
@@ -17,7 +15,8 @@ from relform_live.nodes.intake import channels
 from relform_live.recording import Recording, Series
 from relform_live.scene.channel import Channel
 from relform_live.scene.flight_data import FlightData
-from relform_ros.raw import raw_stamp_ns
+from relform_ros.raw import decoded, raw_stamp_ns
+from relform_ros.rejection import RejectionError
 
 
 def read_recording(path: Path | str, configuration: Path | str | None = None) -> Recording:
@@ -34,8 +33,11 @@ def read_recording(path: Path | str, configuration: Path | str | None = None) ->
     takers = channels(data)
     recorded: dict[str, list[BagMessage]] = {}
     for entry in read_bag(bag, takers):
-        if isinstance(entry, BagMessage) and not _is_routine(entry):
-            recorded.setdefault(entry.topic, []).append(as_installed(entry))
+        if isinstance(entry, BagMessage):
+            with suppress(RejectionError):
+                if not _is_routine(entry):
+                    raw_stamp_ns(entry.data)
+                    recorded.setdefault(entry.topic, []).append(as_installed(entry))
     if not recorded:
         raise BagError(f"{bag}: no flight in it: it has none of the topics {', '.join(sorted(takers))}")
     series = {topic: _series(messages) for topic, messages in recorded.items()}
@@ -51,7 +53,7 @@ def _is_routine(message: BagMessage) -> bool:
     """Whether a message says that a step was computed, as one in each step does."""
     if message.topic != EVENTS:
         return False
-    event = deserialize_message(as_installed(message).data, message_class(message.type_name))
+    event = decoded(as_installed(message).data, message_class(message.type_name))
     return bool(event.kind == EventKind.STEP)
 
 
@@ -65,6 +67,6 @@ def _decoded(take: Callable[[Any], None], type_: type[Any]) -> Callable[[bytes],
 
     def take_serialized(data: bytes) -> None:
         with suppress(MessageError):
-            take(deserialize_message(data, type_))
+            take(decoded(data, type_))
 
     return take_serialized

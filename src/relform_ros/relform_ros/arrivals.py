@@ -4,8 +4,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from relform_ros.lockstep import Done
+from relform_ros.lockstep import AHEAD, Done, step_at
 from relform_ros.rejection import Reason, RejectionError
+
+PAST_NS = 5_000_000_000
+"""How old a message may be when it arrives [ns]: more than links delay it."""
 
 
 @dataclass(frozen=True)
@@ -26,33 +29,60 @@ class Arrivals:
         awaited: members that report what they sent.
         leads_ns: by topic, how far the stamps of its messages lie ahead of the instants at which they are
             sent [ns]; others do not.
+        period_ns: length of a step.
     """
 
-    def __init__(self, awaited: Iterable[str], leads_ns: Mapping[str, int]) -> None:
+    def __init__(self, awaited: Iterable[str], leads_ns: Mapping[str, int], period_ns: int) -> None:
         self._newest: dict[str, Done | None] = dict.fromkeys(awaited)
         self._leads_ns = leads_ns
+        self._period_ns = period_ns
         self._arrived: dict[str, list[Arrived]] = {}
+        self._stamps_ns: dict[str, set[int]] = {}
+        """Stamps of what has arrived lately, by topic with one message of each stamp."""
         self.faulty = False
         """Whether an awaited member has reported that it cannot continue."""
 
-    def open(self, topic: str) -> None:
-        """Accept the messages of a topic."""
+    def open(self, topic: str, is_single: bool = False) -> None:
+        """Accept the messages of a topic; single: there is one of each stamp."""
         self._arrived[topic] = []
+        if is_single:
+            self._stamps_ns[topic] = set()
 
     def add(self, topic: str, arrived: Arrived) -> None:
-        """Keep a message that has arrived."""
-        self._arrived[topic].append(arrived)
-
-    def report(self, done: Done) -> None:
-        """Take in that a member has finished a step.
+        """Keep a message that has arrived.
 
         Raises:
-            RejectionError: it is not awaited, or has finished this or a later step before.
+            RejectionError: no step begins at its stamp, no node can have reached that step, it is long over,
+                or the topic has a message of this stamp already.
+        """
+        step_at(arrived.stamp_ns, self._period_ns)
+        ahead_ns = arrived.stamp_ns - self._leads_ns.get(topic, 0) - arrived.arrival_ns
+        if ahead_ns > AHEAD * self._period_ns:
+            raise RejectionError(Reason.EARLY, f"stamp {arrived.stamp_ns} ns is {ahead_ns} ns ahead")
+        if (known := self._stamps_ns.get(topic)) is not None:
+            oldest_ns = arrived.arrival_ns - PAST_NS
+            if arrived.stamp_ns < oldest_ns:
+                raise RejectionError(Reason.STALE, f"stamp {arrived.stamp_ns} ns is {-ahead_ns} ns old")
+            if arrived.stamp_ns in known:
+                raise RejectionError(Reason.DUPLICATE, f"stamp {arrived.stamp_ns} ns has a message already")
+            known.add(arrived.stamp_ns)
+            if len(known) * self._period_ns > 2 * PAST_NS:
+                self._stamps_ns[topic] = {each for each in known if each >= oldest_ns}
+        self._arrived[topic].append(arrived)
+
+    def report(self, done: Done, now_ns: int) -> None:
+        """Take in that a member has finished a step, at an instant of the flight [ns].
+
+        Raises:
+            RejectionError: it is not awaited, has finished this or a later step before, or cannot have
+                reached it.
         """
         if done.node not in self._newest:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is not awaited here")
         if done.step < 0:
             return
+        if (done.step - AHEAD) * self._period_ns > now_ns:
+            raise RejectionError(Reason.EARLY, f"{done.node} cannot have finished step {done.step} yet")
         newest = self._newest[done.node]
         if newest is not None and done.step <= newest.step:
             raise RejectionError(Reason.STALE, f"{done.node} has finished step {newest.step} before")

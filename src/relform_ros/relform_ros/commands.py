@@ -16,8 +16,8 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_msgs.msg import RotorSpeeds as RotorSpeedsMsg
 from relform_ros.fields import (
     body_frame,
+    bounded,
     duration_to_msg,
-    finite,
     flat,
     header_from_msg,
     header_to_msg,
@@ -65,6 +65,16 @@ def period_from_msg(msg: DurationMsg) -> int:
     return period_ns
 
 
+def check_period(period_ns: int, expected_ns: int) -> None:
+    """Compare the length of intervals with that of the control steps [ns].
+
+    Raises:
+        RejectionError: they differ.
+    """
+    if period_ns != expected_ns:
+        raise RejectionError(Reason.INVALID, f"period must be {expected_ns} ns (got {period_ns} ns)")
+
+
 def speeds_from_msg(flattened: Sequence[float], what: str) -> Array:
     """Rotor speeds by interval [rad/s], shape (interval, 4).
 
@@ -78,6 +88,6 @@ def speeds_from_msg(flattened: Sequence[float], what: str) -> Array:
 
 
 def _speeds(speeds: Array, what: str) -> Array:
-    if speeds.size and finite(speeds, what).min() < 0.0:
+    if speeds.size and bounded(speeds, what).min() < 0.0:
         raise RejectionError(Reason.INVALID, f"{what} must not be negative (got {speeds.min():g} rad/s)")
     return speeds

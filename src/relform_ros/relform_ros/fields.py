@@ -26,6 +26,9 @@ E = TypeVar("E", bound=IntEnum)
 WORLD_FRAME = "map"
 """Frame id of the world {n}."""
 QUATERNION_NORM_TOLERANCE = 1e-3
+MAGNITUDE_MAX = 1e8
+"""No position, velocity, acceleration or rotor speed of a flight is beyond this [SI units]; squares of larger
+numbers would spoil what is computed with them."""
 
 
 def body_frame(vehicle: str) -> str:
@@ -123,9 +126,9 @@ def vector_from_msg(msg: Vector3Msg | PointMsg, what: str) -> Array:
     """Vector of shape (3,).
 
     Raises:
-        RejectionError: not finite.
+        RejectionError: not finite, or beyond MAGNITUDE_MAX.
     """
-    return finite(np.array([msg.x, msg.y, msg.z]), what)
+    return bounded(np.array([msg.x, msg.y, msg.z]), what)
 
 
 def quaternion_to_msg(quaternion: Array) -> QuaternionMsg:
@@ -166,8 +169,26 @@ def finite(values: Array, what: str) -> Array:
         RejectionError: one is NaN or infinite.
     """
     if not np.isfinite(values).all():
-        raise RejectionError(Reason.INVALID, f"{what} must be finite (got {values.tolist()})")
+        raise RejectionError(Reason.INVALID, f"{what} must be finite (got {_some(values)})")
     return values
+
+
+def bounded(values: Array, what: str) -> Array:
+    """The values themselves.
+
+    Raises:
+        RejectionError: one is NaN, infinite or beyond MAGNITUDE_MAX.
+    """
+    if not (np.abs(values) <= MAGNITUDE_MAX).all():
+        finite(values, what)
+        raise RejectionError(Reason.INVALID, f"{what} must be within {MAGNITUDE_MAX:g} (got {_some(values)})")
+    return values
+
+
+def _some(values: Array) -> list[float]:
+    """The first values, for people."""
+    some: list[float] = values.reshape(-1)[:6].tolist()
+    return some
 
 
 def flat(values: Array) -> Array:

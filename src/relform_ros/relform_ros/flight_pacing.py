@@ -4,7 +4,6 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
-from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -126,12 +125,11 @@ class FlightPacing(ABC):
         """See ``Pacing``."""
         keep = self._make_inbox(topic, lambda _: None)
 
-        def take_and_count(data: bytes, publish_time_ns: int) -> None:
+        def keep_and_take(data: bytes, publish_time_ns: int) -> None:
+            keep(raw_stamp_ns(data), data)
             take(data, publish_time_ns)
-            with suppress(RejectionError):  # no step waits for it
-                keep(raw_stamp_ns(data), data)
 
-        self._endpoints.subscribe_raw(topic, take_and_count)
+        self._endpoints.subscribe_raw(topic, keep_and_take)
 
     @abstractmethod
     def steps(self) -> AsyncIterator[int]:

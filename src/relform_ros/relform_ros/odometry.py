@@ -8,11 +8,11 @@ import struct
 
 import numpy as np
 from nav_msgs.msg import Odometry as OdometryMsg
-from rclpy.serialization import deserialize_message
 
 from relform_core.measurements import Odometry
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.fields import (
+    MAGNITUDE_MAX,
     QUATERNION_NORM_TOLERANCE,
     WORLD_FRAME,
     body_frame,
@@ -27,6 +27,7 @@ from relform_ros.fields import (
     vector_from_msg,
     vector_to_msg,
 )
+from relform_ros.raw import decoded
 
 _ENCODING = b"\x00\x01"
 """First bytes of a message in plain CDR, little endian: numbers are aligned to their size, from byte 4 on."""
@@ -75,9 +76,12 @@ def odometry_from_data(data: bytes, vehicle: str) -> Odometry:
     Raises:
         RejectionError: see the module.
     """
-    if (odometry := _usable(data, vehicle)) is not None:
-        return odometry
-    return odometry_from_msg(deserialize_message(data, OdometryMsg), vehicle)
+    try:
+        if (odometry := _usable(data, vehicle)) is not None:
+            return odometry
+    except (struct.error, ValueError):  # it is too short
+        pass
+    return odometry_from_msg(decoded(data, OdometryMsg), vehicle)
 
 
 def _usable(data: bytes, vehicle: str) -> Odometry | None:
@@ -98,6 +102,7 @@ def _usable(data: bytes, vehicle: str) -> Odometry | None:
     pose_covariance, twist_covariance = (numbers[i : i + 36].reshape(6, 6).copy() for i in (7, 49))
     if not (
         np.isfinite(numbers).all()
+        and max(np.abs(each).max() for each in (p_NB_N, v_NB_B, w_NB_B)) <= MAGNITUDE_MAX
         and abs(math.hypot(*q_NB.tolist()) - 1.0) <= QUATERNION_NORM_TOLERANCE
         and pose_covariance.diagonal().min() >= 0.0
         and twist_covariance.diagonal().min() >= 0.0

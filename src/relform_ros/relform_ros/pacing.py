@@ -59,6 +59,8 @@ class Pacing(Protocol):
     def watch(self, topic: str, take: Callable[[bytes, int], None]) -> None:
         """Pass on every message of a topic as it arrives; ``gather`` hands those of a step over as well.
 
+        A message whose stamp cannot belong to the flight so far is rejected and counted.
+
         Args:
             take: takes the serialized message and the wall time at which it was published [ns].
         """

@@ -3,13 +3,18 @@
 import inspect
 import struct
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
 from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_ros.rejection import Reason, RejectionError
+
+M = TypeVar("M")
 
 _STAMP = struct.Struct("<iI")
 _STAMP_OFFSET = 4
@@ -17,9 +22,32 @@ _STAMP_OFFSET = 4
 
 
 def raw_stamp_ns(data: bytes) -> int:
-    """Stamp of a serialized message that begins with a header or a time, as all of a flight do [ns]."""
+    """Stamp of a serialized message that begins with a header or a time, as all of a flight do [ns].
+
+    Raises:
+        RejectionError: the message is too short, or its stamp is not valid.
+    """
+    if len(data) < _STAMP_OFFSET + _STAMP.size:
+        raise RejectionError(Reason.INVALID, f"{len(data)} bytes are no message with a stamp")
     seconds, nanoseconds = _STAMP.unpack_from(data, _STAMP_OFFSET)
+    if seconds < 0 or nanoseconds >= NANOSECONDS_PER_SECOND:
+        raise RejectionError(Reason.INVALID, f"{seconds} s + {nanoseconds} ns is no valid stamp")
     return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
+
+
+def decoded(data: bytes, type_: type[M]) -> M:
+    """A serialized message as an object of its type.
+
+    Raises:
+        RejectionError: the bytes are no message of this type.
+    """
+    try:
+        message: M = deserialize_message(data, type_)
+    except rclpy_implementation.RMWError:
+        raise RejectionError(
+            Reason.INVALID, f"{len(data)} bytes cannot be decoded as {type_.__name__}"
+        ) from None
+    return message
 
 
 def subscribe_raw(

@@ -15,11 +15,15 @@ from relform_ros.flight_pacing import FlightPacing, Keep
 from relform_ros.flight_time import FlightTime
 from relform_ros.lockstep import Done, StepInbox
 from relform_ros.pacing import Gathered, Stamped
-from relform_ros.rejection import RejectionError
+from relform_ros.rejection import Reason, RejectionError
 from relform_ros.spinner import Spinner
 
 LAST_WAIT_NS = 1_000_000_000
 """How long an observer waits at the end of a flight for what was sent before [ns]."""
+
+TICK_AHEAD_NS = 1_000_000_000
+"""A tick that is further ahead of the flight's time was not sent by its clock [ns]. It is not 0, because the
+time of a node that has heard late ticks only lags."""
 
 CATCH_UP_SHARE = 0.2
 """Share of the period that a controller which is late waits at most for the newest tick."""
@@ -49,7 +53,7 @@ class RealTimePacing(FlightPacing):
         super().__init__(node, spinner, scenario, roster)
         commands = [vehicle_topic(vehicle, ROTOR_SPEEDS) for vehicle in roster.vehicles]
         self._leads_ns = dict.fromkeys(commands, scenario.config.command_lead_ns)
-        self._arrivals = Arrivals(self._awaited, self._leads_ns)
+        self._arrivals = Arrivals(self._awaited, self._leads_ns, self._period_ns)
         self._is_vehicle = self._name in map(vehicle_node, roster.vehicles)
         self._decides = self._name in [controller.node for controller in roster.controllers]
         self._observes = self._name in roster.observers
@@ -72,7 +76,7 @@ class RealTimePacing(FlightPacing):
         if self._is_vehicle and topic not in self._announced:
             inbox = self._inboxes[topic] = StepInbox[Stamped | bytes](self._period_ns, reject)
             return inbox.add
-        self._arrivals.open(topic)
+        self._arrivals.open(topic, is_single=not self._observes)
 
         def keep(stamp_ns: int, message: Any) -> None:
             self._heard += 1
@@ -81,12 +85,18 @@ class RealTimePacing(FlightPacing):
         return keep
 
     def _take_tick(self, step: int) -> None:
+        # Any later step may follow, because a node that was stopped misses ticks, but none of the future.
+        is_next = step == self._newest_tick + 1
+        ahead_ns = step * self._period_ns - self._time.now_ns()
+        is_early = self._newest_tick >= 0 and not is_next and ahead_ns > TICK_AHEAD_NS
+        if step > self._n_steps or is_early:
+            raise RejectionError(Reason.EARLY, f"tick of step {step} after that of step {self._newest_tick}")
         self._heard += 1
-        self._time.tick(step)  # any later step may follow: a node that was stopped misses ticks
+        self._time.tick(step)
 
     def _take_done(self, done: Done) -> None:
         self._heard += 1
-        self._arrivals.report(done)
+        self._arrivals.report(done, self._time.now_ns())
 
     async def steps(self) -> AsyncIterator[int]:
         """See ``Pacing``: joins the flight, then yields each step when the clock has reached it."""

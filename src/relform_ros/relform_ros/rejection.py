@@ -21,11 +21,16 @@ class Reason(StrEnum):
     """This step has this message already."""
 
 
+EXPLANATION_MAX = 200
+"""Characters of an explanation: it may quote what a stranger sent, which may be long."""
+
+
 class RejectionError(MessageError):
-    """A message that was not used, and the reason."""
+    """A message that was not used, and the reason, in one line."""
 
     def __init__(self, reason: Reason, explanation: str) -> None:
-        super().__init__(explanation)
+        line = "".join(each if each.isprintable() else " " for each in explanation[: EXPLANATION_MAX + 1])
+        super().__init__(line if len(line) <= EXPLANATION_MAX else f"{line[: EXPLANATION_MAX - 3]}...")
         self.reason = reason
 
 

@@ -176,6 +176,10 @@ def test_the_formation_that_was_just_asked_for_counts() -> None:
         ((1.0, 0.0, 0.6), "'follower_1' would come to 0.10 m above the ground, at least 0.25 m are needed"),
         ((1.0, math.inf, 2.0), "go_to needs a finite place (got [1.0, inf, 2.0] m, nan rad)"),
         ((5.0, 2.0, 1.8), "'follower_1' would come within "),
+        (
+            (1e8, 2.0, 1.8),
+            "go_to would take 74999999 s, at most 3600 s are allowed: go part",
+        ),
     ],
 )
 def test_places_that_are_refused(place: tuple[float, float, float], says: str) -> None:

@@ -62,6 +62,7 @@ def test_yaw_goes_the_short_way() -> None:
         (changed(1, 2, math.inf), "point 1 of the trajectory is not finite"),
         (changed(0, 0, -0.25), "trajectory begins in the past: 0.25 s ago"),
         (changed(2, 0, 3.0), "times of a trajectory must increase: point 2 is not after the one before"),
+        (changed(-1, 0, 2e9), "trajectory takes 2000000000 s, at most 3600 s are allowed"),
         (changed(0, 1, 1.9), "trajectory begins 0.90 m from the leader, at most 0.3 m are allowed: go"),
         (changed(2, 1, 9.0), "trajectory is too fast: speed "),
         (changed(1, 2, 4.2), "trajectory is too fast: acceleration "),

@@ -4,6 +4,9 @@ Messages are found by the stamp in their header: the log time of a bag is wall t
 """
 
 from collections import defaultdict
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +24,7 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_from_msg
 from relform_ros.raw import raw_stamp_ns
+from relform_ros.rejection import RejectionError
 from relform_ros.sensors.wire import wire
 
 
@@ -57,7 +61,7 @@ class _Recording:
     def __init__(self, bag: Path, config: ScenarioConfig, controller: Controller) -> None:
         self._config = config
         self._controller = controller
-        self._messages: dict[tuple[str, int], BagMessage] = {}
+        self._messages: defaultdict[tuple[str, int], list[BagMessage]] = defaultdict(list)
         self._decided: dict[int, StepDecided] = {}
         self._formations: dict[int, FormationSet] = {}
         self._parameters: dict[int, ParametersSet] = {}
@@ -71,10 +75,11 @@ class _Recording:
         for entry in read_bag(bag, {controller.events, *self._sources, *self._commands.values()}):
             if not isinstance(entry, BagMessage):
                 continue
-            if entry.topic == controller.events:
-                self._add_event(event_from_msg(decode(entry), config.team))
-            else:  # the controller, too, takes the first of two
-                self._messages.setdefault((entry.topic, raw_stamp_ns(entry.data)), entry)
+            with suppress(RejectionError):  # nobody has used it
+                if entry.topic == controller.events:
+                    self._add_event(event_from_msg(decode(entry), config.team))
+                else:
+                    self._messages[entry.topic, raw_stamp_ns(entry.data)].append(entry)
         self._last = max(self._decided, default=-1)
 
     @property
@@ -128,8 +133,8 @@ class _Recording:
         arrived: dict[str, list[Any]] = {vehicle: [] for vehicle in team.vehicles}
         for topic, stamp_ns in decided.inputs:
             vehicle, source = self._sources[topic]
-            msg = decode(self._messages[topic, stamp_ns])
-            arrived[vehicle].append((source, wire(source).from_msg(msg, vehicle, team.vehicles)))
+            read = partial(wire(source).from_msg, vehicle=vehicle, team=team.vehicles)
+            arrived[vehicle].append((source, self._first(topic, stamp_ns, read)))
         given = {vehicle: VehicleMeasurements.collect(each) for vehicle, each in arrived.items()}
         stamp_ns = self._stamp_ns(step)
         formation, parameters = self._formations.get(step), self._parameters.get(step)
@@ -140,10 +145,24 @@ class _Recording:
             tuple(self._requests[step]),
             decided.sqp_steps,
             {
-                vehicle: rotor_command_from_msg(decode(self._messages[topic, self._answer_ns(step)]), vehicle)
+                vehicle: self._first(
+                    topic, self._answer_ns(step), partial(rotor_command_from_msg, vehicle=vehicle)
+                )
                 for vehicle, topic in self._answers(step).items()
             },
         )
+
+    def _first(self, topic: str, stamp_ns: int, read: Callable[[Any], Any]) -> Any:
+        """The first message of a stamp that can be used: that is the one that the controller has used.
+
+        Raises:
+            MessageError: none can be used.
+        """
+        messages = self._messages[topic, stamp_ns]
+        for message in messages[:-1]:
+            with suppress(RejectionError):
+                return read(decode(message))
+        return read(decode(messages[-1]))
 
     def _answers(self, step: int) -> dict[str, str]:
         """Topics of the commands of a step, by vehicle: none while the controller waits for measurements."""

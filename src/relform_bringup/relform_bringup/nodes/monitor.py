@@ -3,13 +3,13 @@
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import rclpy
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
@@ -37,7 +37,8 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.make_pacing import make_pacing
 from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
-from relform_ros.raw import raw_stamp_ns
+from relform_ros.raw import decoded, raw_stamp_ns
+from relform_ros.rejection import RejectionError
 from relform_ros.run_node import Runnable
 from relform_ros.spinner import Spinner
 from relform_ros.step_pipe import PIPE, StepMessages, StepPipe, read_step_pipe
@@ -106,35 +107,38 @@ class Monitor:
 
     def waiting_for(self) -> str:
         """What the controller waits for before its first command; empty: it does not wait."""
-        events = [
-            deserialize_message(data, self._types[EVENTS]) for topic, data in self._recent if topic == EVENTS
-        ]
-        return next((event.description for event in reversed(events) if event.kind == EventKind.STEP), "")
+        return next((event.description for event in self._latest(EVENTS) if event.kind == EventKind.STEP), "")
 
     def team_mode(self) -> TeamMode | None:
         """What the team does in the newest step; None: it starts airborne, or nothing was seen."""
-        statuses = [data for topic, data in self._recent if topic == STATUS]
-        if not statuses:
-            return None
-        return TeamMode(deserialize_message(statuses[-1], self._types[STATUS]).mode)
+        known = [mode.value for mode in TeamMode]
+        return next((TeamMode(status.mode) for status in self._latest(STATUS) if status.mode in known), None)
 
     def log(self) -> FlightLog:
         """The flight so far."""
         return self._decode(self._store)
 
+    def _latest(self, topic: str) -> Iterator[Any]:
+        """The recent messages of a topic that can be decoded, the newest first."""
+        for name, data in reversed(self._recent):
+            if name == topic:
+                with suppress(RejectionError):
+                    yield decoded(data, self._types[topic])
+
     def _decode(self, messages: Iterable[tuple[str, bytes]]) -> FlightLog:
         builder = FlightLogBuilder(self._scenario)
         takers = message_takers(builder, self._scenario.config)
         for topic, data in messages:
-            takers[topic](deserialize_message(data, self._types[topic]))
+            with suppress(RejectionError):
+                takers[topic](decoded(data, self._types[topic]))
         return builder.build()
 
     def _keep(self, topic: str, data: bytes) -> None:
         self._store.add(topic, data)
         self._recent.append((topic, data))
         if topic == SOLVER:
-            status = deserialize_message(data, self._types[topic]).status
-            self.fallbacks += status == SolverState.FALLBACK
+            with suppress(RejectionError):
+                self.fallbacks += decoded(data, self._types[topic]).status == SolverState.FALLBACK
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from nav_msgs.msg import Path as PathMsg
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -49,7 +48,7 @@ from relform_ros.fields import body_frame
 from relform_ros.odometry import odometry_from_msg
 from relform_ros.parameters import read_scenario
 from relform_ros.qos import LATCHED, LOCKSTEP
-from relform_ros.raw import raw_stamp_ns, subscribe_raw
+from relform_ros.raw import decoded, raw_stamp_ns, subscribe_raw
 from relform_ros.rejection import RejectionError
 from relform_ros.run_node import run_node
 from relform_ros.sensors.wire import wire
@@ -139,7 +138,7 @@ class Visualization:
         stamp_ns = raw_stamp_ns(data)
         if not self._frames_due(stamp_ns):
             return
-        state = state_from_msg(deserialize_message(data, FormationState), self._vehicles).value
+        state = state_from_msg(decoded(data, FormationState), self._vehicles).value
         poses = estimated_poses(state, self._attitudes(stamp_ns), self._leader)
         frames = [transform_to_msg(stamp_ns, pose, body_frame(name)) for name, pose in poses.items()]
         self._tf.publish(TFMessage(transforms=frames))
@@ -151,14 +150,14 @@ class Visualization:
             self._publish_paths(stamp_ns)
 
     def _on_reference(self, data: bytes) -> None:
-        self._reference = reference_from_msg(deserialize_message(data, FormationReference), self._vehicles)
+        self._reference = reference_from_msg(decoded(data, FormationReference), self._vehicles)
         reference = self._reference.value
         self._followed.add(self._reference.stamp_ns, upright(reference.p_NB_N, reference.yaw_NB))
 
     def _on_truth(self, vehicle: str, data: bytes) -> None:
         if not self._truth_due[vehicle](raw_stamp_ns(data)):
             return
-        truth = odometry_from_msg(deserialize_message(data, OdometryMsg), vehicle)
+        truth = odometry_from_msg(decoded(data, OdometryMsg), vehicle)
         frame = TRUTH_PREFIX + body_frame(vehicle)
         transform = transform_to_msg(truth.stamp_ns, Pose(truth.p_NB_N, truth.q_NB), frame)
         self._tf.publish(TFMessage(transforms=[transform]))
@@ -170,7 +169,7 @@ class Visualization:
         for name, readings in self._imus.items():
             if readings:
                 until_then = (data for data in reversed(readings) if raw_stamp_ns(data) <= stamp_ns)
-                message = deserialize_message(next(until_then, readings[-1]), wired.MESSAGE)
+                message = decoded(next(until_then, readings[-1]), wired.MESSAGE)
                 attitudes[name] = wired.from_msg(message, name, self._vehicles).q_NB
         return attitudes
 

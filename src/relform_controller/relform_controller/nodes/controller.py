@@ -28,6 +28,7 @@ from relform_core.names import (
 )
 from relform_core.roster import Controller, Roster
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.sensors.applied_rotor_speeds import AppliedRotorSpeeds
 from relform_core.telemetry import (
     AlarmRaised,
     Decision,
@@ -42,14 +43,14 @@ from relform_core.telemetry import (
     StepDecided,
 )
 from relform_msgs.msg import FormationEvent
-from relform_ros.commands import rotor_command_to_msg
+from relform_ros.commands import check_period, rotor_command_to_msg
 from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
 from relform_ros.make_pacing import make_pacing
 from relform_ros.pacing import Pacing
 from relform_ros.parameters import read_observers, read_scenario
 from relform_ros.run_node import Runnable, run_node
-from relform_ros.sensors.wire import wire
+from relform_ros.sensors.wire import Wire, wire
 from relform_ros.separation import separation_to_msg
 from relform_ros.spinner import Spinner
 from relform_ros.team_status import status_to_msg
@@ -101,7 +102,7 @@ class ControllerNode:
         """What each vehicle sends, with its topics."""
         for vehicle, sources in self._topics.items():
             for source, topic in sources:
-                pacing.read(topic, partial(wire(source).from_msg, vehicle=vehicle, team=self._team.vehicles))
+                pacing.read(topic, partial(self._read, vehicle, wire(source)))
         FormationService(node, config, self._controller, self._parameters, lambda: self._next_step)
 
     async def run(self) -> None:
@@ -123,6 +124,13 @@ class ControllerNode:
                 self._parameters.follow(by_formation_key(self._controller.formation))
                 self._publish_telemetry(decision, _stamps(gathered.messages))
                 self._controller.prepare_next()
+
+    def _read(self, vehicle: str, its_wire: Wire, msg: Any) -> Any:
+        """A measurement; raises RejectionError if it cannot be used."""
+        measurement = its_wire.from_msg(msg, vehicle, self._team.vehicles)
+        if isinstance(measurement, AppliedRotorSpeeds):
+            check_period(measurement.period_ns, self._period_ns)
+        return measurement
 
     def _decide(self, step: int, messages: Mapping[str, tuple[Any, ...]]) -> Decision | Standby:
         by_vehicle = {

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
 from geometry_msgs.msg import Transform
 from rclpy.node import Node
 from std_srvs.srv import Trigger
@@ -12,12 +11,19 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from relform_controller.flight_director import FlightDirector
 from relform_controller.ocp.frames import rpy_from_quaternion
+from relform_controller.reference.timed_path import POINTS_MAX
 from relform_core.errors import ConfigError, MessageError
 from relform_core.flight_modes import TeamRequest
 from relform_core.telemetry import RequestMade
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_msgs.srv import GoTo
-from relform_ros.fields import WORLD_FRAME, check_frame, stamp_from_msg
+from relform_ros.fields import (
+    WORLD_FRAME,
+    check_frame,
+    quaternion_from_msg,
+    stamp_from_msg,
+    vector_from_msg,
+)
 from relform_ros.rejection import Reason, RejectionError
 
 WITH_VALUES = frozenset({TeamRequest.GO_TO, TeamRequest.FOLLOW_TRAJECTORY, TeamRequest.SET_FORMATION})
@@ -62,9 +68,11 @@ class RequestServices:
     def _on_go_to(self, request: GoTo.Request, response: GoTo.Response) -> GoTo.Response:
         def made(_: int) -> RequestMade:
             check_frame(request.frame_id, WORLD_FRAME, "frame_id")
-            place = request.position
+            x, y, z = vector_from_msg(request.position, "position").tolist()
             yaw = request.yaw if request.turn else math.nan
-            return RequestMade(TeamRequest.GO_TO, (place.x, place.y, place.z, yaw))
+            if request.turn and not math.isfinite(yaw):
+                raise RejectionError(Reason.INVALID, f"yaw must be finite (got {yaw})")
+            return RequestMade(TeamRequest.GO_TO, (x, y, z, yaw))
 
         response.success, response.message = self._answer(made)
         return response
@@ -92,9 +100,14 @@ def _followed(msg: MultiDOFJointTrajectory, period_ns: int, next_step: int) -> R
     """The request in a trajectory of the leader; its times count from its stamp, or from now if that is 0.
 
     Raises:
-        RejectionError: it is in another frame, or a point has not exactly one transform.
+        RejectionError: it is in another frame or has too many points, a point has not exactly one transform,
+            or see ``_place``.
     """
     check_frame(msg.header.frame_id, WORLD_FRAME, "header.frame_id")
+    if len(msg.points) > POINTS_MAX:
+        raise RejectionError(
+            Reason.INVALID, f"trajectory may have at most {POINTS_MAX} points (got {len(msg.points)})"
+        )
     begin_ns = stamp_from_msg(msg.header.stamp)
     since_now_ns = begin_ns - next_step * period_ns if begin_ns else 0
     values: list[float] = []
@@ -104,13 +117,19 @@ def _followed(msg: MultiDOFJointTrajectory, period_ns: int, next_step: int) -> R
                 Reason.INVALID, f"points[{index}] must have 1 transform (got {len(point.transforms)})"
             )
         after_ns = point.time_from_start.sec * NANOSECONDS_PER_SECOND + point.time_from_start.nanosec
-        values += [(since_now_ns + after_ns) / NANOSECONDS_PER_SECOND, *_place(point.transforms[0])]
+        place = _place(point.transforms[0], f"points[{index}]")
+        values += [(since_now_ns + after_ns) / NANOSECONDS_PER_SECOND, *place]
     return RequestMade(TeamRequest.FOLLOW_TRAJECTORY, tuple(values))
 
 
-def _place(transform: Transform) -> tuple[float, float, float, float]:
-    """x, y, z [m] and yaw [rad]; NaN if all elements of the quaternion are zero."""
-    place, turn = transform.translation, transform.rotation
-    q_NB = np.array([turn.x, turn.y, turn.z, turn.w])
-    yaw = rpy_from_quaternion(q_NB)[2] if q_NB.any() else math.nan
-    return place.x, place.y, place.z, yaw
+def _place(transform: Transform, what: str) -> tuple[float, float, float, float]:
+    """x, y, z [m] and yaw [rad]; NaN if all elements of the quaternion are zero.
+
+    Raises:
+        RejectionError: the place is not finite, or the rotation is neither zeros nor a unit quaternion.
+    """
+    x, y, z = vector_from_msg(transform.translation, f"translation of {what}").tolist()
+    turn, yaw = transform.rotation, math.nan
+    if (turn.x, turn.y, turn.z, turn.w) != (0.0, 0.0, 0.0, 0.0):
+        yaw = rpy_from_quaternion(quaternion_from_msg(turn, f"rotation of {what}"))[2]
+    return x, y, z, yaw

@@ -11,7 +11,7 @@ from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.formation import FormationSchedule
 from relform_controller.reference.leader_path import LeaderPath, LeaderState, PhasesPath, Transfer
 from relform_controller.reference.mission import MissionReference
-from relform_controller.reference.timed_path import TimedPath
+from relform_controller.reference.timed_path import DURATION_MAX, TimedPath
 from relform_controller.reference.trajectory import LeaderTrajectory
 from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
@@ -109,12 +109,18 @@ class OnlineMission:
             p_NB_N: [m], shape (3,).
             yaw_NB: [rad]; NaN: as it is.
         Raises:
-            ConfigError: the place is not finite, or the team would come to the ground or into an obstacle.
+            ConfigError: the place is not finite or too far, or the team would come to the ground or into an
+                obstacle.
         """
         if not np.isfinite(p_NB_N).all() or math.isinf(yaw_NB):
             raise ConfigError(f"go_to needs a finite place (got {p_NB_N.tolist()} m, {yaw_NB:g} rad)")
         state = self._state()
         path = Transfer(state, p_NB_N, state.yaw_NB if math.isnan(yaw_NB) else yaw_NB, self._limits)
+        if path.duration > DURATION_MAX:
+            raise ConfigError(
+                f"go_to would take {path.duration:.0f} s, at most {DURATION_MAX:g} s are allowed: go part of "
+                "the way first"
+            )
         self._check_way(path, 0.0)
         self._begin(path, GO_TO)
 

@@ -16,6 +16,8 @@ from relform_core.spline_limits import broken_limit
 START_TOLERANCE = 0.3
 """A path begins at most this far from the leader's reference [m]."""
 POINTS_MAX = 10_000
+DURATION_MAX = 3600.0
+"""How long a requested path of the leader may take [s]: it is checked all along when it is asked for."""
 
 
 class TimedPath:
@@ -65,6 +67,8 @@ def _check_rows(rows: Array, start: LeaderState) -> None:
             raise ConfigError(f"point {point} of the trajectory is not finite")
     if (first := float(rows[0, 0])) <= 0.0:
         raise ConfigError(f"trajectory begins in the past: {-first:.2f} s ago")
+    if (last := float(rows[-1, 0])) > DURATION_MAX:
+        raise ConfigError(f"trajectory takes {last:.0f} s, at most {DURATION_MAX:g} s are allowed")
     for point in np.flatnonzero(np.diff(rows[:, 0]) <= 0.0).tolist():
         raise ConfigError(
             f"times of a trajectory must increase: point {point + 1} is not after the one before"

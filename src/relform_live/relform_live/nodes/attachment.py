@@ -7,7 +7,6 @@ from typing import Any
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
 from relform_core.errors import ConfigError, MessageError
@@ -15,6 +14,7 @@ from relform_core.load import LoadedScenario, load_scenario
 from relform_core.names import CONTROLLER_NODE
 from relform_core.roster import Roster
 from relform_live.scene.channel import Channel
+from relform_ros.raw import decoded
 from relform_ros.topics import topic_table
 
 NEWEST = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -88,7 +88,7 @@ class Reading:
         """Give what has arrived to its channels."""
         for topic, data in self._arrived():
             try:
-                self._channels[topic].take(deserialize_message(data, self._types[topic]))
+                self._channels[topic].take(decoded(data, self._types[topic]))
             except MessageError as error:
                 self.rejected = f"{topic}: {error}"
 

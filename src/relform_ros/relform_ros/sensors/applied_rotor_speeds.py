@@ -3,7 +3,7 @@
 import array
 from collections.abc import Collection
 
-from relform_core.sensors.applied_rotor_speeds import AppliedRotorSpeeds
+from relform_core.sensors.applied_rotor_speeds import ACKNOWLEDGED_INTERVALS, AppliedRotorSpeeds
 from relform_msgs.msg import AppliedRotorSpeeds as AppliedRotorSpeedsMsg
 from relform_ros.commands import period_from_msg, speeds_from_msg
 from relform_ros.fields import body_frame, duration_to_msg, flat, header_from_msg, header_to_msg
@@ -28,12 +28,17 @@ def from_msg(msg: AppliedRotorSpeedsMsg, vehicle: str, team: Collection[str]) ->
     """What a vehicle has flown.
 
     Raises:
-        RejectionError: another frame, no valid stamp, no whole number of intervals, a period of zero, or a
-            speed that is negative or not finite.
+        RejectionError: another frame, no valid stamp, no whole number of intervals or too many, a period of
+            zero, or a speed that is negative or not finite.
     """
     if msg.command_stamp < NO_COMMAND:
         raise RejectionError(
             Reason.INVALID, f"command_stamp must be at least {NO_COMMAND} (got {msg.command_stamp} ns)"
+        )
+    if len(msg.speeds) > 4 * ACKNOWLEDGED_INTERVALS:
+        raise RejectionError(
+            Reason.INVALID,
+            f"speeds must hold at most {ACKNOWLEDGED_INTERVALS} intervals (got {len(msg.speeds)} numbers)",
         )
     return AppliedRotorSpeeds(
         stamp_ns=header_from_msg(msg.header, body_frame(vehicle)),

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from sensor_msgs.msg import Range as RangeMsg
 
 from relform_core.sensors.sonar import Sonar
-from relform_ros.fields import body_frame, header_from_msg, header_to_msg
+from relform_ros.fields import MAGNITUDE_MAX, body_frame, header_from_msg, header_to_msg
 from relform_ros.rejection import Reason, RejectionError
 
 MESSAGE = RangeMsg
@@ -36,8 +36,10 @@ def from_msg(msg: RangeMsg, vehicle: str, team: Collection[str]) -> Sonar:
             raise RejectionError(
                 Reason.INVALID, f"{what} must be finite and not negative (got {getattr(msg, what)})"
             )
-    if math.isnan(msg.range) or -math.inf < msg.range < 0.0:
-        raise RejectionError(Reason.INVALID, f"range must be non-negative or infinite (got {msg.range})")
+    if not (math.isinf(msg.range) or 0.0 <= msg.range <= MAGNITUDE_MAX):
+        raise RejectionError(
+            Reason.INVALID, f"range must be infinite, or 0 to {MAGNITUDE_MAX:g} m (got {msg.range})"
+        )
     return Sonar(
         stamp_ns=stamp_ns,
         range=msg.range,

@@ -13,7 +13,8 @@ from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurement
 from relform_core.names import GROUND_TRUTH, ROTOR_SPEEDS, VEHICLE_NODE, vehicle_topic
 from relform_core.roster import Roster
 from relform_core.telemetry import Event, FaultReported, ParametersSet, PerStep
-from relform_ros.commands import rotor_command_from_msg
+from relform_msgs.msg import RotorSpeeds
+from relform_ros.commands import check_period, rotor_command_from_msg
 from relform_ros.events import event_to_msg
 from relform_ros.live_parameters import LiveParameters
 from relform_ros.make_pacing import make_pacing
@@ -51,7 +52,7 @@ class Quadrotor:
         self._truth_topics = {
             vehicle_topic(other, GROUND_TRUTH): other for other in roster.vehicles if other != self._name
         }
-        pacing.read(self._command_topic, partial(rotor_command_from_msg, vehicle=self._name))
+        pacing.read(self._command_topic, self._command)
         for topic, other in self._truth_topics.items():
             decode = partial(odometry_from_msg, vehicle=other)
             pacing.read(topic, decode, decode_data=partial(odometry_from_data, vehicle=other))
@@ -74,6 +75,12 @@ class Quadrotor:
             if fault:
                 self._publish_event(step, FaultReported(fault))
             self._pacing.done(step, fault, report=lambda: vars(self._vehicle.counts))
+
+    def _command(self, msg: RotorSpeeds) -> RotorCommand:
+        """A command; raises RejectionError if it cannot be used."""
+        command = rotor_command_from_msg(msg, self._name)
+        check_period(command.period_ns, self._period_ns)
+        return command
 
     def _apply_parameters(self, step: int) -> None:
         """Apply what was changed since the last step, and publish it as an event."""
