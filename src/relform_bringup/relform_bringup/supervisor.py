@@ -8,11 +8,14 @@ import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from relform_core.c_library import cache_folder
 from relform_core.errors import FlightError
 
 STOP_S = 1.2
 """Time in which a process must end after SIGINT; then it is killed."""
 POLL_S = 0.01
+CRASHES = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGILL, signal.SIGFPE})
+"""Signals by which the kernel ends a process that runs into a mistake of compiled code."""
 
 
 class Child:
@@ -66,7 +69,10 @@ class Child:
         """How it ended, in one line."""
         code = self.exit_code()
         if code is not None and code < 0:
-            return f"{self.name} was killed by {signal.Signals(-code).name}"
+            killed = f"{self.name} was killed by {signal.Signals(-code).name}"
+            if -code not in CRASHES:
+                return killed
+            return f"{killed}: its compiled code has crashed; if it does so again, delete {cache_folder()}"
         words = self.last_words().removeprefix(f"{self.name}: ")
         return f"{self.name} exited with code {code}" + (f": {words}" if words else "")
 

@@ -19,8 +19,11 @@ from relform_controller.ground_plan import (
     heights,
     landing_problem,
 )
+from relform_controller.ocp.problem import Ocp
 from relform_controller.reference.online_mission import OnlineMission
 from relform_controller.reference.timed_path import rows_of
+from relform_controller.solver.make import make_solver
+from relform_controller.solver.solver import Solver
 from relform_core.blend import Blend
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
@@ -49,6 +52,7 @@ class FlightDirector:
         config: a scenario with ``ground``.
         clock: monotonic time [s], for the solver's reports.
         time_budget: see ``FormationController``.
+        solver: likewise.
     """
 
     def __init__(
@@ -56,6 +60,7 @@ class FlightDirector:
         config: ScenarioConfig,
         clock: Callable[[], float] = time.perf_counter,
         time_budget: float = math.inf,
+        solver: Callable[[Ocp], Solver] = make_solver,
     ) -> None:
         if config.ground is None:
             raise ValueError(f"scenario '{config.name}' has no section 'ground'")
@@ -63,6 +68,7 @@ class FlightDirector:
         self._ground = config.ground
         self._clock = clock
         self._time_budget = time_budget
+        self._make_solver = solver
         self.mode = TeamMode.IDLE
         self.reason = ""
         """Why the mode is what it is, unless somebody asked for it."""
@@ -191,6 +197,9 @@ class FlightDirector:
         outcome = self._controller.feedback(measurements, sqp_steps)
         if isinstance(outcome, Standby):  # the vehicles hover while the estimator starts
             return self._standby(self._all(Request.HOVER), outcome.reason)
+        if not outcome.commands:
+            self._land_at_once(TeamMode.FAILSAFE, f"no plan is left: {outcome.solver.fallback_reason}")
+            return self._land_vehicles()
         is_resting = self._mission.is_resting and not outcome.holds_for
         if self.mode is TeamMode.LANDING and is_resting:
             above = heights(outcome.state, self._config.team.leader)
@@ -274,7 +283,11 @@ class FlightDirector:
         """A new controller and mission, for the next flight."""
         self._mission = OnlineMission(self._config)
         self._controller = FormationController(
-            self._config, self._clock, self._mission, time_budget=self._time_budget
+            self._config,
+            self._clock,
+            self._mission,
+            solver=self._make_solver,
+            time_budget=self._time_budget,
         )
         if self._weights is not None:
             self._controller.set_weights(self._weights)

@@ -29,11 +29,12 @@ from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.prediction import predictor
 from relform_controller.solver.solver import Solver
+from relform_core.arrays import Array
 from relform_core.blend import Blend
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import FlightError
 from relform_core.measurements import RotorCommand, TeamMeasurements
-from relform_core.names import SeparationLevel
+from relform_core.names import SeparationLevel, SolverState
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 from relform_core.telemetry import (
@@ -57,6 +58,9 @@ class FormationController:
     Commands need some time to arrive, of which the configuration knows the longest. The controller predicts
     the team over that time, whole control periods, with the commands that are under way; it plans from there
     on, and its commands are for the interval that begins then.
+
+    While the solver fails, the commands are what is left of the last plan that it found. When that is over,
+    there are none: the vehicles stop safely on their own sensors, until the solver succeeds again.
 
     While the estimator waits for its first measurements, there are no commands and the vehicles hover. While
     its first estimates are not accurate enough yet, the controller holds the team where it is. Then the
@@ -112,6 +116,8 @@ class FormationController:
         n_intervals = self._ocp.n_stages * stage_ns // self._period_ns
         self._stage_of_interval = np.arange(n_intervals) * self._period_ns // stage_ns
         """Which stage's input a command applies in each control period of the horizon."""
+        self._planned_until_ns = 0
+        """End of the horizon of the last plan that was solved for."""
         self._prediction: Prediction | None = None
         self._estimated: tuple[int, TeamEstimate] | None = None
         """The last instant with an estimate [ns], and the estimate."""
@@ -192,8 +198,16 @@ class FormationController:
             self._inputs.thrusts(start_ns - self._period_ns),
         )
         plan, report = self._solver.solve(start, predicted.geometry, reference, sqp_steps)
-        self._inputs.command(start_ns, plan.thrusts[:, self._stage_of_interval])
-        decision = self._decision(measurements, estimate, asked, plan, report)
+        stage_of_interval = self._stage_of_interval
+        if report.state is SolverState.FALLBACK:
+            n_left = max(0, self._planned_until_ns - start_ns) // self._period_ns
+            stage_of_interval = stage_of_interval[:n_left]
+        else:
+            self._planned_until_ns = start_ns + len(stage_of_interval) * self._period_ns
+        planned = plan.thrusts[:, stage_of_interval]
+        if len(stage_of_interval):
+            self._inputs.command(start_ns, planned)
+        decision = self._decision(measurements, estimate, asked, planned, report)
         return self._watched(decision, measurements, predicted.geometry, plan)
 
     def _watched(
@@ -277,10 +291,10 @@ class FormationController:
         measurements: TeamMeasurements,
         estimate: TeamEstimate,
         asked: MissionReference,
-        plan: Plan,
+        planned: Array,
         report: SolverReport,
     ) -> Decision:
-        speeds = np.sqrt(plan.thrusts[:, self._stage_of_interval] / self._thrust_coefficient)
+        speeds = np.sqrt(planned / self._thrust_coefficient)
         start_ns = measurements.arrival_ns + self._lead_ns
         leader, formation = asked.leader, asked.p_B1B2_C1__target
         names = self._pair_names
@@ -292,7 +306,7 @@ class FormationController:
             stamp_ns=measurements.arrival_ns,
             commands={
                 name: RotorCommand(start_ns, self._period_ns, speeds[vehicle, 0], speeds[vehicle, 1:])
-                for vehicle, name in enumerate(self._vehicles)
+                for vehicle, name in enumerate(self._vehicles if speeds.shape[1] else ())
             },
             solver=report,
             state=TeamState(

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from relform_bringup.supervisor import Child, Supervisor
+from relform_core.c_library import cache_folder
 from relform_core.errors import FlightError
 from relform_core.installed import executable
 from support.processes import wait_until
@@ -41,7 +42,11 @@ def test_output_goes_to_a_file_per_node(supervisor: Supervisor, tmp_path: Path) 
     ("script", "epitaph"),
     [
         ("kill -9 $$", "/a/b was killed by SIGKILL"),
-        ("kill -SEGV $$", "/a/b was killed by SIGSEGV"),
+        (
+            "kill -SEGV $$",
+            "/a/b was killed by SIGSEGV: its compiled code has crashed; if it does so again, delete "
+            f"{cache_folder()}",
+        ),
         ("exit 4", "/a/b exited with code 4"),
         ("echo one; echo /a/b: two >&2; echo; exit 1", "/a/b exited with code 1: two"),
     ],

@@ -4,6 +4,7 @@ import ctypes
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -149,7 +150,87 @@ def test_a_cache_that_cannot_be_written(
     (tmp_path / "a-file").write_text("")
     folder = tmp_path / cache
     monkeypatch.setenv("XDG_CACHE_HOME", str(folder))
-    line = message_of_failure()
+    with pytest.warns(RuntimeWarning, match="cannot be written") as warned:
+        library = shared_library(SOURCE)
+    (line,) = str(warned[0].message).splitlines()
+    assert len(warned) == 1
     assert line.startswith(f"{folder}/relform/kernels-")
-    assert "cannot be written: " in line
     assert line.endswith("; set XDG_CACHE_HOME to another folder")
+    assert ctypes.CDLL(str(library)).product(6, -7) == -42
+    assert library.parent.name.startswith("relform-")
+
+
+def test_what_is_kept_for_a_process_is_gone_at_its_end(
+    compiler: Compiler, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", "/proc/relform")
+    program = f"from relform_core.c_library import shared_library\nprint(shared_library({SOURCE!r}))\n"
+    run = subprocess.run([sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True)
+    assert Path(run.stdout.strip()).parent.parent == tmp_path / "temporary"
+    assert not list((tmp_path / "temporary").iterdir())
+
+
+def test_without_any_folder_nothing_compiled_is_used(
+    compiler: Compiler, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As without a compiler: all that is compiled exists without as well."""
+    monkeypatch.setenv("XDG_CACHE_HOME", "/proc/relform")
+    monkeypatch.setattr(c_library, "_temporary_folder", lambda: Path("/proc/relform"))
+    with (
+        pytest.warns(RuntimeWarning, match="cannot be written"),
+        pytest.raises(NoCompilerError, match="compiled code cannot be kept or loaded anywhere"),
+    ):
+        shared_library(SOURCE)
+
+
+def cut_off(content: bytes) -> bytes:
+    return content[:1000]
+
+
+def with_another_bit(content: bytes) -> bytes:
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 4]) + content[middle + 1 :]
+
+
+def empty(content: bytes) -> bytes:
+    return b""
+
+
+def another(content: bytes) -> bytes:
+    """One that is whole, as if it came from another machine."""
+    return shared_library("long product(long a, long b) { return 0; }\n").read_bytes()
+
+
+@pytest.mark.parametrize("damage", [cut_off, with_another_bit, empty, another])
+def test_a_library_that_is_not_the_one_that_was_compiled_is_not_loaded(
+    compiler: Compiler, damage: Callable[[bytes], bytes]
+) -> None:
+    """Cut off, it would end the process by a signal when it is used."""
+    library = shared_library(SOURCE)
+    content = damage(library.read_bytes())
+    library.unlink()  # this process has loaded it
+    library.write_bytes(content)
+    before = compiler.count
+    with pytest.warns(RuntimeWarning, match="damaged, or made for another machine: it is compiled again"):
+        assert shared_library(SOURCE) == library
+    assert compiler.count == before + 1
+    assert ctypes.CDLL(str(library)).product(6, -7) == -42
+    assert shared_library(SOURCE) == library
+    assert compiler.count == before + 1
+
+
+def test_a_folder_from_which_nothing_can_be_loaded(
+    compiler: Compiler, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """As on a file system that is mounted with ``noexec``."""
+    load = ctypes.CDLL
+
+    def refuse(path: str) -> ctypes.CDLL:
+        if path.startswith(str(tmp_path / "cache")):
+            raise OSError(f"{path}: failed to map segment from shared object")
+        return load(path)
+
+    monkeypatch.setattr(c_library.ctypes, "CDLL", refuse)
+    with pytest.warns(RuntimeWarning, match="failed to map segment from shared object; set XDG_CACHE_HOME"):
+        library = shared_library(SOURCE)
+    assert load(str(library)).product(6, -7) == -42
