@@ -6,10 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from relform_bringup.faults import checks
 from relform_bringup.faults.command import main
 from relform_bringup.faults.evidence import Ended, Evidence, Flown, VehicleFlown
 from relform_bringup.faults.kinds import KINDS, problems
-from relform_bringup.faults.plan import CLOCK, CONTROLLER, NODES, RECORDER, VEHICLES, Action, Case, Draw
+from relform_bringup.faults.plan import (
+    CLOCK,
+    CONTROLLER,
+    NODES,
+    RECORDER,
+    VEHICLES,
+    Action,
+    Case,
+    Draw,
+    Fault,
+)
 from relform_bringup.faults.results import Result, passed_before, store, summary
 from relform_core.errors import ConfigError
 from relform_core.load import load_scenario
@@ -20,20 +31,30 @@ PLAN = KIND.draw(Draw(Case(KIND.name, 5)))
 N_STEPS = round(PLAN.duration / 0.05)
 
 
-def vehicle(gap_s: float = 0.0) -> VehicleFlown:
-    """One that got a command in every step, but none for a while after 1 s."""
+def vehicle(gap_s: float = 0.0, height_m: float = 1.7) -> VehicleFlown:
+    """One that got a command in every step, but none for a while after 1 s, and stays at a height."""
     times = 0.05 * np.arange(N_STEPS + 1)
     commanded = times[:-1][(times[:-1] < 1.0) | (times[:-1] > 1.0 + gap_s)]
     still = np.zeros(len(times))
-    return VehicleFlown(times, still + 1.7, still, commanded, np.zeros(len(commanded), dtype=np.int64), ())
+    return VehicleFlown(
+        times, still + height_m, still, still, commanded, np.zeros(len(commanded), dtype=np.int64), ()
+    )
 
 
-def flown(error_m: float = 0.02, gap_s: float = 0.0, first: int = 0, faults: tuple[str, ...] = ()) -> Flown:
+def flown(
+    error_m: float = 0.02,
+    gap_s: float = 0.0,
+    first: int = 0,
+    height_m: float = 1.7,
+    faults: tuple[str, ...] = (),
+    admissions: tuple[tuple[float, str, bool], ...] = (),
+) -> Flown:
     steps = np.arange(first, N_STEPS + 1)
     return Flown(
         steps=steps,
-        vehicles={name: vehicle(gap_s) for name in VEHICLES},
+        vehicles={name: vehicle(gap_s, height_m) for name in VEHICLES},
         vehicle_faults=faults,
+        admissions=admissions,
         team_modes=(),
         formation_errors=np.full(N_STEPS, error_m),
         error_times=0.05 * np.arange(N_STEPS),
@@ -132,8 +153,38 @@ def test_nodes_must_name_the_clock_that_was_killed() -> None:
     assert found.endswith("does not say '/sim/clock has gone in step': x: no idea")
 
 
+def test_vehicles_that_have_not_landed_are_named() -> None:
+    assert list(checks.landed(evidence(flown=flown(height_m=0.1)))) == []
+    (first, *_) = checks.landed(evidence(flown=flown(height_m=0.4)))
+    assert first == "leader ends at 0.40 m, 0.00 m/s, tilted by 0.00 rad"
+
+
+def test_time_to_take_over_counts_from_admission_and_from_start() -> None:
+    killed, started = Fault(1.0, Action.KILL, CONTROLLER), Fault(1.5, Action.START, CONTROLLER)
+    plan = dataclasses.replace(PLAN, faults=(killed, started))
+    team = flown(gap_s=3.0, admissions=((3.6, "/formation/controller", True),))
+    seen = evidence(flown=team, done=(1.05, 1.5))
+    assert checks.takeover(plan, seen) == pytest.approx((0.45, 2.55))
+    assert list(checks.taken_over(plan, seen)) == []
+    assert not checks.came_late(plan, seen)
+    refused = flown(admissions=((3.6, "/formation/controller", False),))
+    assert list(checks.taken_over(plan, evidence(flown=refused, done=(1.05, 1.5)))) == [
+        "no controller took the team over"
+    ]
+    slow = flown(gap_s=4.2, admissions=((2.0, "/formation/controller", True),))
+    (found,) = checks.taken_over(plan, evidence(flown=slow, done=(1.05, 1.5)))
+    assert found == "it commands the team 3.25 s after its admission, allowed are 2.0 s"
+
+
+def test_a_flight_that_ends_early_is_named() -> None:
+    assert list(checks.reaches_end(PLAN, evidence(ticked=PLAN.duration))) == []
+    assert list(checks.reaches_end(PLAN, evidence(ticked=2.0))) == [
+        f"the clock ended at 2.00 s, not at {PLAN.duration:.2f} s"
+    ]
+
+
 def test_results_are_kept_for_the_same_sources(tmp_path: Path) -> None:
-    passed, failed = Result("kill-clock", 3, (), 9.5, None), Result("kill-fly", 4, ("hangs",), 80.0)
+    passed, failed = Result("kill-clock", 3, (), 9.5, (0.05, 1.5)), Result("kill-fly", 4, ("hangs",), 80.0)
     for result in (passed, failed):
         store(tmp_path, result, "abc")
     assert passed_before(tmp_path, passed.case, "abc") == passed
@@ -144,19 +195,25 @@ def test_results_are_kept_for_the_same_sources(tmp_path: Path) -> None:
 
 
 def test_summary_counts_by_kind() -> None:
-    times = [0.5, 0.7, 1.6]
+    times = [(0.1, 0.5), (0.2, 0.7), (0.3, 1.6)]
     results = [Result("kill-fly", 9, ("hangs",)), *(Result("x", i, (), 1.0, t) for i, t in enumerate(times))]
     found = summary(results, 61.0, {})
     assert (found["cases"], found["passed"]) == (4, 3)
     assert found["failed"] == [{"case": "kill-fly:9", "problems": ["hangs"]}]
-    assert found["kinds"]["kill-fly"] == {"cases": 1, "passed": 0, "takeover_s": None}
-    assert found["kinds"]["x"]["takeover_s"] == pytest.approx([0.7, 1.51, 1.6])
+    assert found["kinds"]["kill-fly"] == {
+        "cases": 1,
+        "passed": 0,
+        "from_admission_s": None,
+        "from_start_s": None,
+    }
+    assert found["kinds"]["x"]["from_admission_s"] == pytest.approx([0.2, 0.29, 0.3])
+    assert found["kinds"]["x"]["from_start_s"] == pytest.approx([0.7, 1.51, 1.6])
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--kinds", "flood"], "unknown kind 'flood', expected one of stop-controller, "),
+        (["--kinds", "wind"], "unknown kind 'wind', expected one of kill-"),
         (["--case", "what:1"], "unknown kind 'what', expected one of "),
         (["--case", "kill-clock"], "case must be KIND:SEED, as in "),
     ],

@@ -5,12 +5,21 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from relform_bringup.faults.evidence import Ended, Evidence, Flown
-from relform_bringup.faults.plan import FLY, Plan
+from relform_bringup.faults.evidence import Ended, Evidence, Flown, VehicleFlown
+from relform_bringup.faults.plan import CONTROLLER, FLY, Action, Plan
+from relform_core.names import CONTROLLER_NODE
 
 ERROR_MAX = 0.25
 """Mean formation error over the last LAST_S of a flight that recovered from its fault [m]."""
 LAST_S = 0.5
+GROUND_M = 0.15
+"""Height below which a vehicle stands on its legs [m]."""
+TILT_MAX = 0.1
+"""Of a vehicle that stands on the ground [rad]."""
+TAKE_OVER_MAX = 2.0
+"""From the admission of a controller to its first command [s]."""
+START_MAX = 4.5
+"""In which a process starts, on a busy machine [s]; vehicles that sink slowly are high enough for so long."""
 GAP_MAX = 0.6
 """Longest time without commands beside the fault itself, on a busy machine [s]; vehicles fly their plan."""
 HARMLESS = re.compile(
@@ -48,11 +57,12 @@ def exits(evidence: Evidence, expected: Mapping[str, tuple[int, str]] | None = N
             continue
         code, pattern = (expected or {}).get(ended.name, (0, ""))
         words = [line for line in ended.lines if not HARMLESS.search(line)]
+        by_fly = ended.name.startswith(FLY)  # it prints more than its reason
         if ended.code != code:
             yield f"{ended.name} exited with {ended.code} instead of {code}: {_last(ended)}"
-        elif pattern and not (words and re.search(pattern, words[-1])):
+        elif pattern and not any(re.search(pattern, line) for line in (words if by_fly else words[-1:])):
             yield f"{ended.name} does not say '{pattern}': {_last(ended)}"
-        elif ended.name != FLY and len(words) > bool(pattern):
+        elif not by_fly and len(words) > bool(pattern):
             yield f"{ended.name} prints {len(words)} lines: {words[0]}"
 
 
@@ -99,6 +109,84 @@ def final_error(flown: Flown) -> float:
         return np.inf
     last = flown.error_times > flown.steps[-1] * PERIOD_S - LAST_S
     return float(flown.formation_errors[last].mean()) if last.any() else np.inf
+
+
+def landed(evidence: Evidence) -> Iterator[str]:
+    """All vehicles stand on the ground, level and at rest."""
+    if (flown := evidence.flown) is None:
+        return
+    for name, vehicle in flown.vehicles.items():
+        height, speed, tilt = (values[-1] for values in (vehicle.heights, vehicle.speeds, vehicle.tilts))
+        if height > GROUND_M or speed > 0.05 or tilt > TILT_MAX:
+            yield f"{name} ends at {height:.2f} m, {speed:.2f} m/s, tilted by {tilt:.2f} rad"
+
+
+def takeover(plan: Plan, evidence: Evidence) -> tuple[float, float] | None:
+    """How soon another controller commanded all vehicles: from its admission, from its start [s].
+
+    None: no controller was lost, or none took the team over.
+    """
+    done = {
+        (fault.action, fault.target): time for fault, time in zip(plan.faults, evidence.done, strict=False)
+    }
+    admitted = _admission(evidence)
+    started = done.get((Action.START, CONTROLLER))
+    if (flown := evidence.flown) is None or admitted is None or started is None:
+        return None
+    firsts = [_first_after(started, vehicle) for vehicle in flown.vehicles.values()]
+    if None in firsts:
+        return None
+    last = max(first for first in firsts if first is not None)
+    return last - admitted, last - started
+
+
+def _admission(evidence: Evidence) -> float | None:
+    """When a controller was admitted in flight [s]; None: none was."""
+    admissions = () if evidence.flown is None else evidence.flown.admissions
+    times = [time for time, node, is_admitted in admissions if is_admitted and node == CONTROLLER_NODE]
+    return times[0] if times else None
+
+
+def _first_after(time: float, vehicle: VehicleFlown) -> float | None:
+    """The instant of the first command after a time [s]; None: there is none."""
+    later = vehicle.command_times[vehicle.command_times > time]
+    return float(later[0]) if len(later) else None
+
+
+def taken_over(plan: Plan, evidence: Evidence) -> Iterator[str]:
+    """The controller that was started again commands the team soon."""
+    if evidence.flown is None:
+        return
+    if (times := takeover(plan, evidence)) is None:
+        yield "no controller took the team over"
+    elif times[0] > TAKE_OVER_MAX:
+        yield f"it commands the team {times[0]:.2f} s after its admission, allowed are {TAKE_OVER_MAX} s"
+
+
+def came_late(plan: Plan, evidence: Evidence) -> bool:
+    """Whether a process needed so long to start that the vehicles were low or on the ground already."""
+    admitted = _admission(evidence)
+    return admitted is None or admitted - evidence.done[-1] > START_MAX
+
+
+def counted(evidence: Evidence) -> Iterator[str]:
+    """The nodes have counted messages that they did not use."""
+    if (flown := evidence.flown) is None:
+        return
+    numbers = [
+        int(number)
+        for values in flown.reports.values()
+        for key, number in values.items()
+        if key.startswith("rejected.")
+    ]
+    if not any(numbers):
+        yield "no node has counted a message that it rejected"
+
+
+def reaches_end(plan: Plan, evidence: Evidence) -> Iterator[str]:
+    """The clock ran to the end of the flight, whoever recorded it."""
+    if evidence.ticked < plan.duration - 1e-6:
+        yield f"the clock ended at {evidence.ticked:.2f} s, not at {plan.duration:.2f} s"
 
 
 def undisturbed(plan: Plan, evidence: Evidence, gap: float = 0.0) -> Iterator[str]:

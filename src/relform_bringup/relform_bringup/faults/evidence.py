@@ -1,7 +1,7 @@
 """What a flight of the campaign leaves behind: how its processes ended, and what its bag says."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from relform_core.arrays import Array, Integers
 from relform_core.flight_modes import TeamMode, VehicleMode
@@ -12,6 +12,7 @@ class Ended:
     """A process of a flight that has ended."""
 
     name: str
+    """The second process of a name is ``name_1``, and so on."""
     code: int | None
     """Exit code, minus the number of a signal that ended it; None: it ran on until it was killed."""
     output: str
@@ -34,6 +35,8 @@ class VehicleFlown:
     """[m], shape (T,)."""
     speeds: Array
     """[m/s], shape (T,)."""
+    tilts: Array
+    """Between its vertical axis and that of the world [rad], shape (T,)."""
     command_times: Array
     """When commands were sent, shape (K,)."""
     requests: Integers
@@ -51,6 +54,8 @@ class Flown:
     vehicles: Mapping[str, VehicleFlown]
     vehicle_faults: tuple[str, ...]
     """Reasons that vehicles gave for why they cannot continue."""
+    admissions: tuple[tuple[float, str, bool], ...]
+    """The clock's decisions: instant [s], name of the node, whether it was admitted."""
     team_modes: tuple[tuple[float, TeamMode], ...]
     formation_errors: Array
     """Mean of the scored pairs in each control step [m], shape (K,); of those with a reference."""
@@ -70,12 +75,11 @@ class Evidence:
     """Command lines of processes that were left."""
     wall: float = 0.0
     """From the start of the first process to the end of the last [s]."""
-    done: Mapping[int, float] = field(default_factory=dict)
-    """When each fault of the plan was done, by its place: instants of the flight [s]."""
+    done: tuple[float, ...] = ()
+    """When each fault of the plan was done: instants of the flight [s]."""
+    ticked: float = -1.0
+    """The newest instant that the clock has announced [s]; negative: none."""
     flown: Flown | None = None
+    """By the bag of the last recorder."""
     bag_problem: str = ""
     """Why the bag cannot be read, or in what two readers differ."""
-
-    def end(self, name: str) -> Ended:
-        """How the last process of a name ended; KeyError if there is none."""
-        return {ended.name: ended for ended in self.ends}[name]

@@ -9,16 +9,17 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from relform_bringup.faults import checks
 from relform_bringup.faults.evidence import Evidence
 from relform_bringup.faults.kinds import KINDS, problems
-from relform_bringup.faults.plan import FLY, Case, Draw, Plan
+from relform_bringup.faults.plan import FLY, Action, Case, Draw, Plan
 from relform_bringup.faults.processes import FlightProcesses
 from relform_bringup.faults.results import Result
 from relform_bringup.faults.shim import Shim
 from relform_core.errors import FlightError, RelformError
 from relform_core.load import LoadedScenario, load_scenario
 from relform_core.ros_domain import claimed_domain
-from relform_core.run_folder import BAG, RunFolder
+from relform_core.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from relform_bringup.nodes.fault_witness import Witness
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 START_S = 40.0
 """Time in which a flight must begin after the start of its last process [s]."""
 STEP_TIMEOUT_S = 3.0
-OUT, DISK = "flown", "disk"
-"""Folders of a case: the run folder of ``fly``, and the small disk."""
+DISK = "disk"
+"""Folder where the small disk is mounted."""
 
 
 def fly_case(case: Case, folder: Path) -> Result:
@@ -49,7 +50,8 @@ def _flown_and_judged(case: Case, folder: Path) -> Result:
     scenario = load_scenario("paper", overrides, case.seed)
     folder.mkdir(parents=True)
     evidence = _fly(plan, scenario, RunFolder(folder.absolute()))
-    return Result(case.kind, case.seed, problems(kind, plan, evidence), evidence.wall)
+    takeover = checks.takeover(plan, evidence)
+    return Result(case.kind, case.seed, problems(kind, plan, evidence), evidence.wall, takeover)
 
 
 def _fly(plan: Plan, scenario: LoadedScenario, run: RunFolder) -> Evidence:
@@ -61,20 +63,20 @@ def _fly(plan: Plan, scenario: LoadedScenario, run: RunFolder) -> Evidence:
     shim = Shim(run.path / "shim")
     by_fly = plan.order == (FLY,)
     disk = _disk(run.path / DISK, plan.disk_bytes) if plan.disk_bytes else nullcontext()
-    bag = run.path / (f"{OUT}/{BAG}" if by_fly else f"{DISK}/{BAG}" if plan.disk_bytes else BAG)
+    bags = run.path / DISK if plan.disk_bytes else run.path
     with disk, _domain(held=not by_fly) as domain_id:
         os.environ["ROS_DOMAIN_ID"] = str(domain_id)
         began = time.monotonic()
-        with Witness(domain_id) as witness, FlightProcesses(run, shim, bag) as processes:
+        with Witness(domain_id, scenario) as witness, FlightProcesses(run, shim, bags) as processes:
             done = _watch(plan, processes, witness)
-            orphans = processes.orphans()
-            ends = processes.ends()
+            orphans, ends = processes.orphans(), processes.ends()
         wall = time.monotonic() - began
-        flown, bag_problem = read_flown(bag, scenario)
-    return Evidence(ends, orphans, wall, done, flown, bag_problem)
+        read = [read_flown(each, scenario) for each in processes.bags]
+    bag_problem = "; ".join(problem for _, problem in read if problem)
+    return Evidence(ends, orphans, wall, done, witness.now, read[-1][0], bag_problem)
 
 
-def _watch(plan: Plan, processes: FlightProcesses, witness: "Witness") -> dict[int, float]:
+def _watch(plan: Plan, processes: FlightProcesses, witness: "Witness") -> tuple[float, ...]:
     """Start the processes, do what the plan says, and wait for the end; returns when each fault was done."""
     for name in plan.order:
         if name not in plan.late:
@@ -82,16 +84,18 @@ def _watch(plan: Plan, processes: FlightProcesses, witness: "Witness") -> dict[i
     for name, wait in plan.late.items():
         witness.wait(lambda: False, wait)
         processes.start(name)
-    done: dict[int, float] = {}
-    if not witness.wait(lambda: witness.now >= 0.0 or not processes.running, START_S):
-        return done
-    began = time.monotonic()
-    for number, fault in enumerate(plan.faults):
-        witness.wait(lambda: time.monotonic() >= began + fault.time, START_S)  # noqa: B023  # not called later
-        processes.do(fault)
-        done[number] = witness.now
-    witness.wait(lambda: not processes.running, began + plan.ends_by - time.monotonic())
-    return done
+    done: list[float] = []
+    if witness.wait(lambda: witness.now >= 0.0 or not processes.running, START_S):
+        began = time.monotonic()
+        for fault in plan.faults:
+            witness.wait(lambda: time.monotonic() >= began + fault.time, START_S)  # noqa: B023  # called here only
+            if fault.action is Action.FOREIGN:
+                witness.disturb(fault.target, fault.value, fault.count)
+            else:
+                processes.do(fault)
+            done.append(witness.now)
+        witness.wait(lambda: not processes.running, began + plan.ends_by - time.monotonic())
+    return tuple(done)
 
 
 @contextmanager

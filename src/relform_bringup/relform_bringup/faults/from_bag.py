@@ -1,6 +1,7 @@
 """What the bag of a flight of the campaign says, read by relform's reader and by the library ``mcap``."""
 
 from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,10 +18,10 @@ from relform_bags.reader import BagMessage, bag_files, read_bag
 from relform_bags.recover import recover_bag
 from relform_bringup.faults.evidence import Flown, VehicleFlown
 from relform_core.arrays import Array
-from relform_core.errors import BagError, MessageError
+from relform_core.errors import BagError
 from relform_core.flight_modes import TeamMode, VehicleMode
 from relform_core.load import LoadedScenario
-from relform_core.names import DIAGNOSTICS, GROUND_TRUTH, ROTOR_SPEEDS, STATUS, vehicle_topic
+from relform_core.names import DIAGNOSTICS, ROTOR_SPEEDS, STATUS, vehicle_topic
 from relform_core.sensors.flight_status import FLIGHT_STATUS
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.fields import stamp_from_msg
@@ -55,33 +56,32 @@ def _count_by_mcap(bag: Path) -> int:
 
 
 def _flown(messages: list[BagMessage], scenario: LoadedScenario) -> Flown:
-    """The content of the messages.
+    """The content of the messages; of several of one instant, the first counts, as for the nodes.
 
     Raises:
-        BagError: a message of the flight has no valid content.
+        BagError: a type cannot be used.
     """
     config = scenario.config
     builder = FlightLogBuilder(scenario)
     takers = message_takers(builder, config)
     by_topic: dict[str, list[Any]] = defaultdict(list)
-    reports: dict[str, dict[str, str]] = {}
     for entry in messages:
         message = decode(entry)
         by_topic[entry.topic].append(message)
         if entry.topic in takers:
-            try:
-                takers[entry.topic](message)
-            except MessageError as error:
-                raise BagError(f"{entry.topic}: {error}") from None
-        if entry.topic == DIAGNOSTICS:
-            for status in message.status:
-                reports[status.name] = {each.key: each.value for each in status.values}
+            takers[entry.topic](message)
     log = builder.build()
     errors, error_times = _formation_errors(log)
+    reports = {
+        status.name: {each.key: each.value for each in status.values}
+        for message in by_topic[DIAGNOSTICS]
+        for status in message.status
+    }
     return Flown(
         steps=np.rint(log.tick_ns / config.period_ns).astype(np.int64),
         vehicles={name: _vehicle(name, log, by_topic) for name in log.vehicles},
         vehicle_faults=tuple(f"{fault.source}: {fault.description}" for fault in log.faults),
+        admissions=(),
         team_modes=_changes(by_topic[STATUS], TeamMode),
         formation_errors=errors,
         error_times=error_times,
@@ -90,21 +90,17 @@ def _flown(messages: list[BagMessage], scenario: LoadedScenario) -> Flown:
 
 
 def _vehicle(name: str, log: FlightLog, by_topic: dict[str, list[Any]]) -> VehicleFlown:
-    truths = by_topic[vehicle_topic(name, GROUND_TRUTH)]
-    commands = by_topic[vehicle_topic(name, ROTOR_SPEEDS)]
+    index = log.vehicles.index(name)
+    x, y, _, _ = log.q_NB[:, index].T
+    commands = {_time(each): each.request for each in reversed(by_topic[vehicle_topic(name, ROTOR_SPEEDS)])}
+    times = sorted(commands)
     return VehicleFlown(
-        times=_times(truths),
-        heights=np.array([message.pose.pose.position.z for message in truths]),
-        speeds=np.linalg.norm(
-            [
-                [message.twist.twist.linear.x, message.twist.twist.linear.y, message.twist.twist.linear.z]
-                for message in truths
-            ]
-            or np.zeros((0, 3)),
-            axis=1,
-        ),
-        command_times=_times(commands),
-        requests=np.array([message.request for message in commands], dtype=np.int64),
+        times=log.tick_ns / NANOSECONDS_PER_SECOND,
+        heights=log.p_NB_N[:, index, 2],
+        speeds=np.linalg.norm(log.v_NB_B[:, index], axis=-1),
+        tilts=np.arccos(np.clip(1.0 - 2.0 * (x**2 + y**2), -1.0, 1.0)),
+        command_times=np.array(times),
+        requests=np.array([commands[time] for time in times], dtype=np.int64),
         modes=_changes(by_topic[vehicle_topic(name, FLIGHT_STATUS.name)], VehicleMode),
     )
 
@@ -117,14 +113,19 @@ def _formation_errors(log: FlightLog) -> tuple[Array, Array]:
     return errors, log.tick_ns[log.tick_of_step] / NANOSECONDS_PER_SECOND
 
 
-def _times(messages: list[Any]) -> Array:
-    return np.array([stamp_from_msg(message.header.stamp) for message in messages]) / NANOSECONDS_PER_SECOND
+def _times(messages: Iterable[Any]) -> tuple[float, ...]:
+    return tuple(map(_time, messages))
 
 
-def _changes(messages: list[Any], modes: type[Mode]) -> tuple[tuple[float, Mode], ...]:
+def _time(message: Any) -> float:
+    return stamp_from_msg(message.header.stamp) / NANOSECONDS_PER_SECOND
+
+
+def _changes(messages: Iterable[Any], modes: type[Mode]) -> tuple[tuple[float, Mode], ...]:
+    """Instant and mode at each change."""
     changes: list[tuple[float, Mode]] = []
     for message in messages:
         mode = modes(message.mode)
         if not changes or changes[-1][1] is not mode:
-            changes.append((stamp_from_msg(message.header.stamp) / NANOSECONDS_PER_SECOND, mode))
+            changes.append((_time(message), mode))
     return tuple(changes)

@@ -1,6 +1,6 @@
 """What is done to a flight, and when: drawn from the kind of a case and its seed."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -10,6 +10,8 @@ from relform_core.errors import ConfigError
 from relform_core.randomness import Stream, spawn_generator
 
 VEHICLES = ("leader", "follower_1", "follower_2")
+VEHICLE = "vehicle"
+"""Any of these."""
 CONTROLLER, CLOCK, RECORDER, FLY, VIEWER = "controller", "clock", "recorder", "fly", "viewer"
 NODES = (*VEHICLES, CONTROLLER, CLOCK, RECORDER)
 """The processes of a flight that is started node by node."""
@@ -68,6 +70,8 @@ class Fault:
     target: str
     """Name of a process: one of NODES, ``fly``, or that of an additional process; or ``all``."""
     value: float = 0.0
+    count: int = 1
+    """Of foreign messages for each one of the flight."""
 
 
 @dataclass(frozen=True)
@@ -131,15 +135,24 @@ class Draw:
         """Names in any order."""
         return tuple(names[index] for index in self._generator.permutation(len(names)))
 
-    def flight(self, duration: float) -> tuple[str, ...]:
-        """Overrides of a flight: hover, straight line or turn, from another height and with another yaw."""
-        motion = MOTIONS[self.one_of(*MOTIONS)]
+    def flight(
+        self, duration: float, motions: Sequence[str] = tuple(MOTIONS), sinks_slowly: bool = False
+    ) -> tuple[str, ...]:
+        """Overrides of a flight: one of some motions, from another height and with another yaw.
+
+        Args:
+            duration: [s].
+            motions: keys of MOTIONS.
+            sinks_slowly: whether vehicles without commands stay in the air until a process has started.
+        """
+        motion = MOTIONS[self.one_of(*motions)]
         phase = "name: A, title: faults, steady_from_s: 0.0, formation: initial"
-        height, yaw = self.between(1.4, 2.2), self.between(-170.0, 170.0)
+        height, yaw = self.between(1.4, 2.2) + sinks_slowly, self.between(-170.0, 170.0)
         return (
             "controller=team",
             "pacing=real_time",
             f"phases=[{{{phase}, duration_s: {duration}, motion: {motion}}}]",
             f"start.position_m=[0.5, -0.3, {height}]",
             f"start.yaw_deg={yaw}",
+            f"vehicle.failsafe={{plan_max_s: 1.0, descent_speed_m_s: {0.2 if sinks_slowly else 0.6}}}",
         )

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -19,7 +20,7 @@ from relform_bringup.faults.shim import Shim
 from relform_bringup.supervisor import Child, Supervisor
 from relform_core.installed import executable
 from relform_core.names import RECORDER_NODE
-from relform_core.run_folder import RunFolder
+from relform_core.run_folder import BAG, RunFolder
 
 PROGRAMS = {
     **dict.fromkeys(VEHICLES, flight.QUADROTOR),
@@ -42,23 +43,31 @@ ORPHAN_S = 4.0
 POLL_S = 0.02
 
 
+@dataclass
+class _Started:
+    name: str
+    log_name: str
+    """Different for each process of a name."""
+    child: Child
+    was_killed: bool = False
+    """As a fault."""
+
+
 class FlightProcesses:
     """A context manager: at its end nothing runs any more.
 
     Args:
         folder: of the run; its path is in the command line of every process.
         shim: between the processes and the machine.
-        bag: folder of the bag; that of a recorder which is started again gets a number.
+        bags: where recorders make the folders of their bags.
     """
 
-    def __init__(self, folder: RunFolder, shim: Shim, bag: Path) -> None:
+    def __init__(self, folder: RunFolder, shim: Shim, bags: Path) -> None:
         self._folder = folder
-        self._bag = bag
+        self._bags = bags
         self._shim = shim
         self._supervisor = Supervisor(folder.log)
-        self._started: list[tuple[str, Child, Path]] = []
-        self._killed: set[int] = set()
-        """Process ids of those that were killed as a fault."""
+        self._started: list[_Started] = []
         self._core = max(os.sched_getaffinity(0))
 
     def __enter__(self) -> Self:
@@ -74,12 +83,12 @@ class FlightProcesses:
 
     def start(self, name: str) -> None:
         """Start a process; a name may be used again."""
-        number = sum(1 for each, _, _ in self._started if each == name)
+        number = sum(1 for each in self._started if each.name == name)
         log_name = f"{name}_{number}" if number else name
         command = [*self._shim.command, executable(*PROGRAMS[name]), *self._arguments(name, number)]
         dies_by = "INT" if name == RECORDER else "KILL"
         child = self._supervisor.start(name, command, dies_by, log_name)
-        self._started.append((name, child, self._folder.log / f"{log_name}.log"))
+        self._started.append(_Started(name, log_name, child))
 
     def do(self, fault: Fault) -> None:
         """Do what a fault asks for, now."""
@@ -96,10 +105,7 @@ class FlightProcesses:
             case Action.UNPIN:
                 self._run_on(os.sched_getaffinity(0))
             case Action.KILL | Action.STOP | Action.CONTINUE | Action.INTERRUPT:
-                (*_, child) = (child for name, child, _ in self._started if name == fault.target)
-                if fault.action is Action.KILL:
-                    self._killed.add(child.pid)
-                child.send(SIGNALS[fault.action])
+                self._send(fault.target, SIGNALS[fault.action])
 
     @property
     def running(self) -> bool:
@@ -128,10 +134,33 @@ class FlightProcesses:
         """How each process ended; to be called after the last one."""
         return tuple(
             Ended(
-                name, child.exit_code(), log.read_text("utf-8", errors="replace"), child.pid in self._killed
+                each.log_name,
+                each.child.exit_code(),
+                (self._folder.log / f"{each.log_name}.log").read_text("utf-8", errors="replace"),
+                each.was_killed,
             )
-            for name, child, log in self._started
+            for each in self._started
         )
+
+    @property
+    def bags(self) -> tuple[Path, ...]:
+        """Folders of the bags, in the order in which they were begun."""
+        numbers = range(sum(1 for each in self._started if each.name in (RECORDER, FLY)))
+        by_fly = any(each.name == FLY for each in self._started)
+        return tuple(self._out(number) / BAG if by_fly else self._recorded(number) for number in numbers)
+
+    def _send(self, target: str, signum: int) -> None:
+        """Send a signal to the newest process of a name, or to a node of ``fly`` (``fly:controller``)."""
+        owner, _, node = target.rpartition(":")
+        if owner:
+            program = "/".join(("lib", *PROGRAMS[node]))
+            namespace = f"__ns:=/{node}" if node in VEHICLES else ""
+            (pid,) = (pid for pid, line in self.left().items() if f"{program} " in line and namespace in line)
+            os.kill(pid, signum)
+            return
+        (*_, process) = (each for each in self._started if each.name == target)
+        process.was_killed |= signum == signal.SIGKILL
+        process.child.send(signum)
 
     def _run_on(self, cores: Iterable[int]) -> None:
         """Let every thread of every process run on some cores only."""
@@ -143,8 +172,7 @@ class FlightProcesses:
     def _arguments(self, name: str, number: int) -> list[str]:
         """Of the process that is the so-many-th of its name."""
         if name == FLY:
-            out = self._bag.parent.with_name(f"{self._bag.parent.name}{number or ''}")
-            return ["--scenario", str(self._folder.config), "--out", str(out)]
+            return ["--scenario", str(self._folder.config), "--out", str(self._out(number))]
         scenario = f"scenario:={json.dumps(str(self._folder.config))}"
         arguments = ["--ros-args", "--disable-external-lib-logs", "-p", scenario]
         if name == VIEWER:
@@ -153,6 +181,13 @@ class FlightProcesses:
         if name in VEHICLES:
             arguments += ["-r", f"__ns:=/{name}"]
         if name == RECORDER:
-            output = f"{self._bag}_{number}" if number else str(self._bag)
-            arguments += ["-p", f"output:={json.dumps(output)}"]
+            arguments += ["-p", f"output:={json.dumps(str(self._recorded(number)))}"]
         return arguments
+
+    def _recorded(self, number: int) -> Path:
+        """Folder of the bag of the so-many-th recorder."""
+        return self._bags / (f"{BAG}_{number}" if number else BAG)
+
+    def _out(self, number: int) -> Path:
+        """Run folder of the so-many-th ``fly``."""
+        return self._folder.path / (f"flown_{number}" if number else "flown")
