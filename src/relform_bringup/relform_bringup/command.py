@@ -16,6 +16,7 @@ from relform_bringup.create_folder import create_run_folder
 from relform_bringup.flight import Flight, FlownFlight, check_installation
 from relform_bringup.interruption import interruption_noted
 from relform_bringup.scenario_list import ListScenarios
+from relform_controller.reference.fence import check_scenario
 from relform_core.errors import RelformError
 from relform_core.exit_codes import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED
 from relform_core.installed import software_versions
@@ -96,6 +97,7 @@ def _scenario(options: argparse.Namespace) -> LoadedScenario:
     overrides = [*pacing, *options.overrides]
     scenario = load_scenario(options.scenario, overrides, options.seed)
     if not options.idle:
+        check_scenario(scenario.config)
         return scenario
     if scenario.config.ground is None:
         overrides += [f"ground={{waits: true, time_s: {IDLE_TIME_S}}}"]

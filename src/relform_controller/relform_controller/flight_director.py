@@ -20,6 +20,7 @@ from relform_controller.ground_plan import (
     landing_problem,
 )
 from relform_controller.ocp.problem import Ocp
+from relform_controller.reference.fence import check_scenario
 from relform_controller.reference.online_mission import OnlineMission
 from relform_controller.reference.timed_path import rows_of
 from relform_controller.solver.make import make_solver
@@ -40,6 +41,7 @@ SILENCE_MAX_S = 1.0
 _WATCHED = frozenset({TeamMode.TAKING_OFF, TeamMode.HOVERING, TeamMode.FLYING, TeamMode.LANDING})
 _LOST = frozenset({VehicleMode.FAILSAFE, VehicleMode.STOPPED})
 _UP = frozenset({VehicleMode.HOVERING, VehicleMode.FLYING})
+_FENCED = frozenset({TeamMode.TAKING_OFF, TeamMode.HOVERING, TeamMode.FLYING})
 _ON_THE_GROUND = frozenset({VehicleMode.IDLE, VehicleMode.ARMED, VehicleMode.STOPPED})
 
 
@@ -88,6 +90,10 @@ class FlightDirector:
         """What remains to be requested by the director itself."""
         if config.ground.waits:
             self._script.clear()
+        else:
+            check_scenario(config)
+        self._breach = ""
+        """Where vehicles left the geofence, until something else is asked for."""
         self._prepare_flight()
 
     @property
@@ -135,6 +141,7 @@ class FlightDirector:
         """
         if problem := refusal(made.request, self.mode):
             raise ConfigError(problem)
+        self._breach = ""
         match made.request:
             case TeamRequest.TAKE_OFF:
                 self._enter(TeamMode.TAKING_OFF)
@@ -175,6 +182,8 @@ class FlightDirector:
             self._land_at_once(TeamMode.FAILSAFE, str(error))
             outcome = self._land_vehicles()
         self._decision = outcome if isinstance(outcome, Decision) else None
+        if self._decision is not None and self._decision.breach and self.mode in _FENCED:
+            self._answer_breach(self._decision.breach)
         return outcome
 
     def prepare_next(self) -> None:
@@ -205,10 +214,18 @@ class FlightDirector:
             above = heights(outcome.state, self._config.team.leader)
             self._begin_landing(above, self._ground.interval if self._ground.landing == "one_by_one" else 0.0)
         elif is_resting and self.mode is not TeamMode.HOVERING:
-            self._enter(TeamMode.HOVERING)
+            self._enter(TeamMode.HOVERING, self._breach)
         elif not is_resting and self.mode is TeamMode.HOVERING:
-            self._enter(TeamMode.FLYING)
+            self._enter(TeamMode.FLYING, self._breach)
         return outcome
+
+    def _answer_breach(self, breach: str) -> None:
+        """Land, or say why the mission brakes."""
+        assert self._config.geofence is not None
+        if self._config.geofence.reaction == "land":
+            self._land_at_once(TeamMode.LANDING, breach)
+        else:
+            self._breach = self.reason = breach
 
     def _begin_landing(self, above: Mapping[str, float], interval: float) -> None:
         """From the next step on each vehicle lands on its own sensors."""
@@ -261,7 +278,13 @@ class FlightDirector:
         """Without requests from outside: make the next one as soon as it is allowed."""
         is_settled = self.mode is not TeamMode.FLYING and self._now_ns > self._began_ns
         if self._script and is_settled and refusal(self._script[0], self.mode) is None:
-            self.request(RequestMade(self._script.pop(0)))
+            request = self._script.pop(0)
+            try:
+                self.request(RequestMade(request))
+            except ConfigError as error:
+                if request is not TeamRequest.START:
+                    raise
+                self.refused = str(error)  # the team lands instead
 
     def _land(self) -> None:
         decision = self._decision

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from relform_controller.ahead import predict_ahead
-from relform_controller.alarms import Alarms
 from relform_controller.estimation.estimator import Estimator, TeamEstimate, Waiting
 from relform_controller.estimation.registry import make_estimator
 from relform_controller.input_log import InputLog
@@ -17,24 +16,22 @@ from relform_controller.ocp.problem import (
     HorizonReference,
     HorizonStart,
     Ocp,
-    Plan,
     Prediction,
-    TeamGeometry,
 )
 from relform_controller.ocp.rotor_lag import RotorLag
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
-from relform_controller.separation_monitor import SeparationMonitor
 from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.prediction import predictor
 from relform_controller.solver.solver import Solver
+from relform_controller.watch import Watch
 from relform_core.arrays import Array
 from relform_core.blend import Blend
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import FlightError
 from relform_core.measurements import RotorCommand, TeamMeasurements
-from relform_core.names import SeparationLevel, SolverState
+from relform_core.names import SolverState
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
 from relform_core.telemetry import (
@@ -121,10 +118,10 @@ class FormationController:
         self._prediction: Prediction | None = None
         self._estimated: tuple[int, TeamEstimate] | None = None
         """The last instant with an estimate [ns], and the estimate."""
-        self._separation: SeparationMonitor | None = None
-        if config.separation is not None:
-            self._separation = SeparationMonitor(self._vehicles, config.separation, self._ocp.stage)
-        self._alarms = Alarms()
+        self._watch = Watch(config)
+        self._holds_inside = config.geofence is not None and config.geofence.reaction == "hold"
+        self._is_outside = False
+        """Whether a vehicle was outside the geofence in the last decision."""
         self._rotor_lag = RotorLag(config.vehicle.rotor_time_constant)
         self._inputs = InputLog(self._vehicles, self._period_ns, config.vehicle)
         self._waiting_since_ns: int | None = None
@@ -208,26 +205,11 @@ class FormationController:
         if len(stage_of_interval):
             self._inputs.command(start_ns, planned)
         decision = self._decision(measurements, estimate, asked, planned, report)
-        return self._watched(decision, measurements, predicted.geometry, plan)
-
-    def _watched(
-        self, decision: Decision, measurements: TeamMeasurements, planned: TeamGeometry, plan: Plan
-    ) -> Decision:
-        """The decision with what the configuration asks to watch for.
-
-        Args:
-            decision: of this step, on these measurements.
-            planned: where the {mi} frames of the plan lie.
-        """
-        if self._separation is None or self._estimated is None:
-            return decision
-        _, estimate = self._estimated
-        separation = self._separation.update(measurements, estimate.geometry, planned, plan.states)
-        causes = {}
-        if separation.level is SeparationLevel.EMERGENCY:
-            causes["separation"] = str(separation)
-        alarms = self._alarms.begin(measurements.arrival_ns, causes)
-        return dataclasses.replace(decision, separation=separation, alarms=alarms)
+        decision = self._watch.watched(decision, measurements, estimate, predicted.geometry, plan)
+        if decision.breach and not self._is_outside and self._holds_inside:
+            self._mission.halt()
+        self._is_outside = bool(decision.breach)
+        return decision
 
     def prepare_next(self) -> None:
         """Shift and transform the plan into the {mi} frames of the next step, and prepare its first SQP step.

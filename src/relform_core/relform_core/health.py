@@ -41,6 +41,7 @@ COUNTS = (
     Count("hovered", Level.STALE, "no command has arrived yet, the vehicle hovers"),
     Count("replayed", Level.WARN, "intervals on the plan of an earlier command: {n}"),
     Count("evaded", Level.WARN, "intervals in which another vehicle was too close: {n}"),
+    Count("lowered", Level.WARN, "intervals above the geofence: {n}"),
     Count("rejected", Level.WARN, "rejected commands: {n}"),
     Count("refused", Level.WARN, "intervals with a request that the mode does not allow: {n}"),
     Count("requests.refused", Level.WARN, "refused requests: {n}"),
@@ -107,6 +108,8 @@ def _of_controller(values: Mapping[str, object]) -> Iterator[Finding]:
         yield Level.ERROR, f"the team is in {mode}: {reason}"
     if (level := values.get("separation.level", "ok")) != "ok":
         yield Level.ERROR if level == "emergency" else Level.WARN, f"separation: {values.get('separation')}"
+    if breach := values.get("geofence"):
+        yield Level.ERROR, f"geofence: {breach}"
     if values.get("estimator.mode") == "degraded":
         yield Level.WARN, f"the estimate is degraded: {values.get('estimator.reason')}"
     if waiting_for := values.get("estimator.waiting_for"):

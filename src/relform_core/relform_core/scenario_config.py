@@ -14,6 +14,7 @@ from relform_core.constraints_config import Obstacle
 from relform_core.controller_config import ControllerConfig, TeamEstimatorConfig
 from relform_core.events_config import CommandLoss, Dropout, Event, LinkFault, LocalizationJump, Occlusion
 from relform_core.formations_config import FormationConfig
+from relform_core.geofence_config import GeofenceConfig
 from relform_core.ground_config import CLIMB_MIN, GroundConfig, take_off_problem
 from relform_core.heights import height_problem
 from relform_core.in_file import InFile
@@ -76,6 +77,8 @@ class ScenarioConfig(Schema):
     """How nodes wait for each other."""
     pacing: Annotated[PacingConfig, Field(examples=["real_time"])] = LOCKSTEP
     """When a control step begins, as a mapping with its ``kind``, or the kind alone."""
+    geofence: GeofenceConfig | None = None
+    """Where the vehicles may fly; null: everywhere."""
     separation: SeparationConfig | None = None
     """Watch over the distances of the vehicles in flight; null: none."""
 
@@ -152,6 +155,7 @@ class ScenarioConfig(Schema):
         return (
             self.ground is not None
             or self.real_time is not None
+            or self.geofence is not None
             or (self.separation is not None and self.separation.reaction == "evade")
             or not self.links.are_perfect
             or any(isinstance(event, CommandLoss | LinkFault) for event in self.events)
@@ -252,6 +256,17 @@ class ScenarioConfig(Schema):
                 f"separation.emergency_m {self.separation.emergency} must be more than {collision:g} m, at "
                 "which vehicles collide (2 x vehicle.collision_radius_m)"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _starts_inside(self) -> Self:
+        if self.geofence is None or self.phases[0].formation not in self.formations:
+            return self
+        if self.geofence.reaction == "land" and self.ground is None:
+            raise ValueError("geofence.reaction 'land' needs a section 'ground'; or choose 'hold'")
+        for name, place in self.start_places.items():
+            if breach := self.geofence.breach(np.array(place), self.geofence.margin):
+                raise ValueError(f"start: '{name}' would be outside the geofence: {breach}")
         return self
 
     @model_validator(mode="after")

@@ -188,6 +188,8 @@ class Decision:
     """What the start of the mission still waits for while the team holds its place; empty: it has started."""
     separation: SeparationReport | None = None
     """None: nobody asked for it."""
+    breach: str = ""
+    """Which vehicles are outside the geofence, or may be, and where; empty: none is."""
     alarms: tuple[Alarm, ...] = ()
     """Those that begin in this step."""
 

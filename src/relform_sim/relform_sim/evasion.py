@@ -7,16 +7,12 @@ the torques of what it flies, so that it turns and tilts as its controller, or i
 
 import math
 
-import numpy as np
-
 from relform_core.arrays import Array
 from relform_core.sensors.range_bearing import RangeBearing
 from relform_core.separation_config import SeparationConfig
-from relform_core.units import GRAVITY
-from relform_core.vehicle_config import VehicleConfig
 from relform_sim.axis_filter import AxisFilter
 from relform_sim.pilot import Readings
-from relform_sim.tilt_control import TILT_COSINE_MIN, up_direction
+from relform_sim.tilt_control import up_direction
 
 RANGE_ACCELERATION_STD = 8.0
 """Of the range, whose acceleration is not known [m/s^2]."""
@@ -34,8 +30,6 @@ BRAKING = 3.0
 """Relative acceleration with which two vehicles that evade each other come apart [m/s^2]."""
 SPEED = 1.5
 """Vertical speed of an evasion [m/s]."""
-GAIN = 8.0
-"""Vertical acceleration per error of the speed [1/s]."""
 SAME_HEIGHT = 0.2
 """Sine of the elevation up to which two vehicles are at about the same height."""
 HEIGHT_MIN = 0.6
@@ -79,36 +73,25 @@ class _Neighbour:
 
 
 class Evasion:
-    """Decides when a vehicle evades others, and how.
+    """Decides when a vehicle evades others, and whether it rises or sinks then (``Guard``).
 
     Args:
-        vehicle: nominal.
         period: between two readings [s].
         separation: distances at which an evasion begins and ends.
     """
 
-    def __init__(self, vehicle: VehicleConfig, period: float, separation: SeparationConfig) -> None:
-        self._vehicle = vehicle
-        self._thrust_min = vehicle.thrust_coefficient * vehicle.rotor_speed_min**2
-        self._thrust_max = vehicle.thrust_coefficient * vehicle.rotor_speed_max**2
+    def __init__(self, period: float, separation: SeparationConfig) -> None:
         self._period = period
         self._separation = separation
         self._neighbours: dict[str, _Neighbour] = {}
         """Those in view, or lately so, by name."""
         self._evaded: set[str] = set()
         """Those that are too close, or were and are not far enough yet."""
-        self._upwards = 0.0
-        """Acceleration of the evasion [m/s^2]."""
-        self._upright = 1.0
-        """Cosine of the tilt."""
-
-    @property
-    def is_needed(self) -> bool:
-        """Whether the vehicle should evade another one in the present interval."""
-        return bool(self._evaded)
+        self.climb: float | None = None
+        """See ``Guard``."""
 
     def sense(self, readings: Readings) -> None:
-        """Take in what was measured at the start of an interval, once per period."""
+        """See ``Guard``."""
         for neighbour in self._neighbours.values():
             neighbour.pass_time(self._period)
         for name, seen in readings.neighbours.items():
@@ -119,40 +102,17 @@ class Evasion:
         self._evaded &= left.keys()
         self._evaded |= {name for name, distance in left.items() if distance < self._separation.emergency}
         self._evaded -= {name for name, distance in left.items() if distance > self._separation.warning}
+        self.climb = None
         if self._evaded:
             nearest = min(sorted(self._evaded), key=left.__getitem__)
-            self._upwards = self._acceleration(readings, nearest)
-            self._upright = max(float(up_direction(readings.imu.q_NB)[2]), TILT_COSINE_MIN)
+            self.climb = self._climb_from(readings, nearest)
 
-    def rotor_speeds(self, planned: Array) -> Array:
-        """Rotor speeds of the evasion.
-
-        Args:
-            planned: what the vehicle would fly else: front, left, back, right [rad/s], shape (4,).
-        Returns:
-            The same torques with the thrust of the evasion, as far as the limits allow, shape (4,).
-        """
-        thrusts = self._vehicle.thrust_coefficient * np.square(planned)
-        torques = thrusts - thrusts.mean()
-        mean = self._vehicle.mass * (GRAVITY + self._upwards) / (4.0 * self._upright)
-        mean = min(mean, self._thrust_max - torques.max())
-        mean = max(mean, self._thrust_min - torques.min())
-        evading: Array = np.sqrt(
-            np.clip(mean + torques, self._thrust_min, self._thrust_max) / self._vehicle.thrust_coefficient
-        )
-        return evading
-
-    def _acceleration(self, readings: Readings, name: str) -> float:
-        """Vertical acceleration away from a neighbour [m/s^2]."""
+    def _climb_from(self, readings: Readings, name: str) -> float:
+        """Vertical speed away from a neighbour [m/s]."""
         up_B = up_direction(readings.imu.q_NB)
-        speed = (
-            SPEED
-            if rises(self._neighbours[name].seen, up_B, is_first=name not in readings.sights)
-            else -SPEED
-        )
-        if readings.sonar.range < HEIGHT_MIN:
-            speed = max(0.0, speed)
-        return GAIN * (speed - float(up_B @ readings.optic_flow.v_NB_B))
+        if rises(self._neighbours[name].seen, up_B, is_first=name not in readings.sights):
+            return SPEED
+        return 0.0 if readings.sonar.range < HEIGHT_MIN else -SPEED
 
 
 def rises(seen: RangeBearing, up_B: Array, *, is_first: bool) -> bool:

@@ -11,17 +11,20 @@ import numpy as np
 
 from relform_core.arrays import Array
 from relform_core.flight_modes import Request, VehicleMode
+from relform_core.geofence_config import GeofenceConfig
 from relform_core.ground_config import GroundConfig
 from relform_core.measurements import RotorCommand
 from relform_core.separation_config import SeparationConfig
 from relform_core.units import seconds_to_ns
 from relform_core.vehicle_config import FailsafeConfig, VehicleConfig
 from relform_sim.autopilot import Autopilot
+from relform_sim.ceiling import Ceiling
 from relform_sim.evasion import Evasion
 from relform_sim.failsafe import Failsafe
 from relform_sim.inbox import Inbox, planned_speeds
 from relform_sim.mode_table import Happening, ModeMachine
-from relform_sim.pilot import Pilot, Readings
+from relform_sim.pilot import Guard, Pilot, Readings
+from relform_sim.vertical_thrust import VerticalThrust
 
 
 @dataclass
@@ -44,10 +47,14 @@ class OnboardCounts:
     """Intervals with motors off for good, because the failsafe has landed or the controller asked for it."""
     evaded: int = 0
     """Intervals in which the vehicle rose or sank, because another one was too close."""
+    lowered: int = 0
+    """Intervals in which the vehicle sank, because it was above the geofence."""
 
 
-_EVADES = frozenset({VehicleMode.HOVERING, VehicleMode.FLYING, VehicleMode.FAILSAFE})
-"""Modes in which a vehicle evades others; those that take off or land side by side do not."""
+_GUARDED = frozenset({VehicleMode.HOVERING, VehicleMode.FLYING, VehicleMode.FAILSAFE})
+"""Modes in which guards act; vehicles that take off or land side by side do not evade each other."""
+_EVASION, _CEILING = "evasion", "ceiling"
+"""Names of guards."""
 
 
 class Onboard:
@@ -65,6 +72,7 @@ class Onboard:
         ground: GroundConfig | None = None,
         height: float = 0.0,
         separation: SeparationConfig | None = None,
+        geofence: GeofenceConfig | None = None,
     ) -> None:
         """Take over a vehicle.
 
@@ -74,6 +82,7 @@ class Onboard:
             ground: how it takes off; None: never.
             height: of its take-off [m].
             separation: when it evades other vehicles; None: never.
+            geofence: below which height it stays; None: any.
         """
         self._speed_min = config.rotor_speed_min
         self._speed_max = config.rotor_speed_max
@@ -84,9 +93,15 @@ class Onboard:
         else:
             self._pilot = Autopilot(config, period, ground, height)
             self._machine = ModeMachine(VehicleMode.IDLE)
-        self._evasion: Evasion | None = None
+        self._guards: dict[str, Guard] = {}
+        """By name; the first that acts comes first."""
         if separation is not None and separation.reaction == "evade":
-            self._evasion = Evasion(config, period, separation)
+            self._guards[_EVASION] = Evasion(period, separation)
+        if geofence is not None:
+            self._guards[_CEILING] = Ceiling(geofence)
+        self._vertical_thrust = VerticalThrust(config)
+        self._readings: Readings | None = None
+        """At the start of the present interval."""
         self._inbox = Inbox()
         self._hears = False
         """Whether a command has arrived within the present interval."""
@@ -127,8 +142,9 @@ class Onboard:
         self._hears = False
         self.counts.rejected += self._inbox.take(stamp_ns, commands)
         self._pilot.sense(readings, self.mode, self._applied)
-        if self._evasion is not None:
-            self._evasion.sense(readings)
+        self._readings = readings
+        for guard in self._guards.values():
+            guard.sense(readings)
         plan = self._inbox.newest_to_fly
         planned = None if plan is None else planned_speeds(plan, stamp_ns, self._plan_max_ns)
         self._change_mode(stamp_ns, has_plan=planned is not None)
@@ -149,7 +165,9 @@ class Onboard:
             self.counts.hovered += self._inbox.newest is None
             speeds = self._pilot.rotor_speeds(self.mode)
             self._applied = np.clip(speeds, self._speed_min, self._speed_max)
-        self.counts.evaded += self._evade()
+        acting = self._guard(readings)
+        self.counts.evaded += acting == _EVASION
+        self.counts.lowered += acting == _CEILING
         return self._applied
 
     def update(self, now_ns: int, commands: Sequence[RotorCommand]) -> Array | None:
@@ -178,15 +196,17 @@ class Onboard:
             self._replays = False
             self.counts.replayed -= 1
         self._applied = np.clip(planned, self._speed_min, self._speed_max)
-        self._evade()
+        if self._readings is not None:
+            self._guard(self._readings)
         return self._applied
 
-    def _evade(self) -> bool:
-        """Change the newest rotor speeds where another vehicle is too close; whether one is."""
-        if self._evasion is None or not self._evasion.is_needed or self.mode not in _EVADES:
-            return False
-        self._applied = self._evasion.rotor_speeds(self._applied)
-        return True
+    def _guard(self, readings: Readings) -> str | None:
+        """Change the newest rotor speeds as the first guard asks that does; its name, or None."""
+        for name, guard in self._guards.items() if self.mode in _GUARDED else ():
+            if guard.climb is not None:
+                self._applied = self._vertical_thrust.rotor_speeds(self._applied, readings, guard.climb)
+                return name
+        return None
 
     def _change_mode(self, stamp_ns: int, *, has_plan: bool) -> None:
         newest = self._inbox.newest

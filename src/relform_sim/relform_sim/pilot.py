@@ -25,6 +25,16 @@ class Readings(NamedTuple):
     """Of all neighbours in view, by name."""
 
 
+class Guard(Protocol):
+    """What changes the vertical speed of a vehicle, whatever flies it."""
+
+    climb: float | None
+    """Vertical speed that it asks for in the present interval [m/s]; None: it asks for nothing."""
+
+    def sense(self, readings: Readings) -> None:
+        """Take in what was measured at the start of an interval, once per interval."""
+
+
 class Pilot(Protocol):
     """Flies those modes that the controller does not fly."""
 

@@ -81,7 +81,12 @@ class Vehicle:
         self._obstacles = config.obstacles
         height = config.start_places[name][2]
         self._onboard = Onboard(
-            config.vehicle, config.controller.period, config.ground, height, config.separation
+            config.vehicle,
+            config.controller.period,
+            config.ground,
+            height,
+            config.separation,
+            config.geofence,
         )
         self._contact = GroundContact(name, config.vehicle.leg_height)
         self._applied: deque[Array] = deque(maxlen=ACKNOWLEDGED_INTERVALS)

@@ -38,6 +38,30 @@ VIEW = (
     ("override", "problem"),
     [
         (
+            "geofence={x_m: [-5, 40], y_m: [-0.7, 9], height_max_m: 9}",
+            f"{PAPER} with --set geofence: start: 'follower_1' would be outside the geofence: y = -0.50 m, "
+            "at least -0.40 m (geofence.y_m)",
+        ),
+        (
+            "geofence={x_m: [-5, 40], y_m: [-9, 9], height_max_m: 9, reaction: land}",
+            f"{PAPER} with --set geofence: geofence.reaction 'land' needs a section 'ground'; "
+            "or choose 'hold'",
+        ),
+        (
+            "separation={emergency_m: 0.5}",
+            f"{PAPER} with --set separation: separation.emergency_m 0.5 must be more than 0.5 m, at which "
+            "vehicles collide (2 x vehicle.collision_radius_m)",
+        ),
+        (
+            "separation={warning_m: 1.1}",
+            f"{PAPER} with --set separation: formation 'initial' is impossible: 'follower_1' and "
+            "'follower_2' are 1.000 m apart, at least 1.100 m are needed (separation.warning_m)",
+        ),
+        (
+            "separation={warning_m: 0.6}",
+            "--set separation: emergency_m 0.7 must be less than warning_m 0.6",
+        ),
+        (
             "vehicle.rotor_speed_max_rpm=3000",
             f"{VEHICLE} with --set vehicle.rotor_speed_max_rpm: cannot hover: "
             "the rotors carry the weight at 4328 rpm, "

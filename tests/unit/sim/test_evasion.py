@@ -1,4 +1,4 @@
-"""When a vehicle evades another one on board, which way, and with which rotor speeds."""
+"""When a vehicle evades another one on board, which way, and with which thrust."""
 
 import math
 from pathlib import Path
@@ -16,15 +16,15 @@ from relform_core.sensors.range_bearing import RangeBearing
 from relform_core.sensors.sonar import Sonar
 from relform_core.separation_config import SeparationConfig
 from relform_core.units import GRAVITY
-from relform_sim.evasion import BRAKING, GAIN, OUTLIERS_MAX, REACTION_S, SPEED, Evasion, rises
+from relform_sim.evasion import BRAKING, OUTLIERS_MAX, REACTION_S, SPEED, Evasion, rises
 from relform_sim.pilot import Readings
 from relform_sim.tilt_control import up_direction
+from relform_sim.vertical_thrust import GAIN, VerticalThrust
 
 VEHICLE = load_scenario(Path(__file__).parents[3] / "config/scenarios/paper.yaml").config.vehicle
 PERIOD = 0.05
 SEPARATION = SeparationConfig(warning_m=0.9, emergency_m=0.7)
 STD = 0.025
-LEVEL = np.array([0.0, 0.0, 1.0])
 HOVER = np.full(4, VEHICLE.hover_speed)
 
 
@@ -46,7 +46,7 @@ def readings(
 
 def flown(*ranges: float) -> Evasion:
     """After these ranges, one per period."""
-    evasion = Evasion(VEHICLE, PERIOD, SEPARATION)
+    evasion = Evasion(PERIOD, SEPARATION)
     for distance in ranges:
         evasion.sense(readings(sight(distance)))
     return evasion
@@ -58,24 +58,24 @@ def thrust_and_torques(speeds: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def test_begins_below_the_emergency_and_ends_beyond_the_warning() -> None:
-    assert not flown(0.75, 0.75, 0.75).is_needed
+    assert flown(0.75, 0.75, 0.75).climb is None
     evasion = flown(0.69)
-    assert evasion.is_needed
+    assert evasion.climb is not None
     for distance in np.linspace(0.69, 0.87, 19):  # it comes apart slowly
         evasion.sense(readings(sight(distance)))
-        assert evasion.is_needed
+        assert evasion.climb is not None
     for distance in (0.89, 0.91, 0.93, 0.95):
         evasion.sense(readings(sight(distance)))
-    assert not evasion.is_needed
+    assert evasion.climb is None
 
 
 def test_begins_earlier_the_faster_the_other_one_comes() -> None:
     """At constant speed v: below emergency + v * reaction + v^2 / (2 * braking)."""
     for speed in (0.5, 1.0, 2.0):
         begin = SEPARATION.emergency + speed * REACTION_S + speed**2 / (2.0 * BRAKING)
-        evasion = Evasion(VEHICLE, PERIOD, SEPARATION)
+        evasion = Evasion(PERIOD, SEPARATION)
         distance = begin + 1.0
-        while not evasion.is_needed:
+        while evasion.climb is None:
             distance -= speed * PERIOD
             evasion.sense(readings(sight(distance)))
         assert begin - 1.5 * speed * PERIOD < distance < begin
@@ -85,18 +85,18 @@ def test_one_outlier_is_no_reason_and_a_run_of_them_is() -> None:
     evasion = flown(*[1.5] * 10)
     for _ in range(OUTLIERS_MAX):
         evasion.sense(readings(sight(0.3)))
-        assert not evasion.is_needed
+        assert evasion.climb is None
     evasion.sense(readings(sight(0.3)))
-    assert evasion.is_needed
+    assert evasion.climb is not None
 
 
 def test_a_neighbour_out_of_view_is_forgotten() -> None:
     evasion = flown(0.6)
     for _ in range(5):
         evasion.sense(readings())
-        assert evasion.is_needed
+        assert evasion.climb is not None
     evasion.sense(readings())
-    assert not evasion.is_needed
+    assert evasion.climb is None
 
 
 @given(
@@ -123,22 +123,25 @@ def test_of_two_vehicles_one_rises_and_the_other_sinks(
         assert answers[0] is (math.sin(elevation) < 0.2)
 
 
-def test_the_thrust_is_that_of_the_evasion_and_the_torques_stay() -> None:
+def test_which_way_by_the_order_of_the_team() -> None:
+    for first, climb in ((False, SPEED), (True, -SPEED)):
+        evasion = Evasion(PERIOD, SEPARATION)
+        evasion.sense(readings(sight(0.6), first=first))
+        assert evasion.climb == climb
+
+
+def test_the_thrust_is_that_of_the_climb_and_the_torques_stay() -> None:
     planned = HOVER + np.array([12.0, -7.0, 3.0, -9.0])
-    evasion = Evasion(VEHICLE, PERIOD, SEPARATION)
-    evasion.sense(readings(sight(0.6), climb=1.7, tilt=0.3))
-    thrust, torques = thrust_and_torques(evasion.rotor_speeds(planned))
-    upwards = GAIN * (SPEED - 1.7)  # it comes first, and rises
-    assert thrust == pytest.approx(VEHICLE.mass * (GRAVITY + upwards) / math.cos(0.3))
+    seen = readings(climb=1.1, tilt=0.3)
+    thrust, torques = thrust_and_torques(VerticalThrust(VEHICLE).rotor_speeds(planned, seen, 1.4))
+    assert thrust == pytest.approx(VEHICLE.mass * (GRAVITY + GAIN * 0.3) / math.cos(0.3))
     np.testing.assert_allclose(torques, thrust_and_torques(planned)[1], atol=1e-12)
 
 
-@pytest.mark.parametrize(("first", "sign"), [(False, 1.0), (True, -1.0)])
-def test_torques_come_before_thrust_at_the_limits(first: bool, sign: float) -> None:
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_torques_come_before_thrust_at_the_limits(sign: float) -> None:
     planned = HOVER + np.array([30.0, 0.0, -30.0, 0.0])
-    evasion = Evasion(VEHICLE, PERIOD, SEPARATION)
-    evasion.sense(readings(sight(0.6), climb=-sign, first=first))
-    speeds = evasion.rotor_speeds(planned)
+    speeds = VerticalThrust(VEHICLE).rotor_speeds(planned, readings(climb=-sign), sign * SPEED)
     assert speeds.min() >= VEHICLE.rotor_speed_min - 1e-9
     assert speeds.max() <= VEHICLE.rotor_speed_max + 1e-9
     thrust, torques = thrust_and_torques(speeds)
@@ -147,7 +150,7 @@ def test_torques_come_before_thrust_at_the_limits(first: bool, sign: float) -> N
 
 
 def test_a_vehicle_near_the_ground_does_not_sink() -> None:
-    evasion = Evasion(VEHICLE, PERIOD, SEPARATION)
+    evasion = Evasion(PERIOD, SEPARATION)
     for height in (0.5, -math.inf):
         evasion.sense(readings(sight(0.6), height=height, first=True))
-        assert thrust_and_torques(evasion.rotor_speeds(HOVER))[0] == pytest.approx(VEHICLE.mass * GRAVITY)
+        assert evasion.climb == 0.0

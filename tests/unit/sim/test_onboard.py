@@ -21,7 +21,7 @@ from relform_core.sensors.optic_flow import OpticFlow
 from relform_core.sensors.sonar import Sonar
 from relform_core.units import GRAVITY
 from relform_core.vehicle_config import FailsafeConfig
-from relform_sim import autopilot, evasion, failsafe, onboard, own_motion
+from relform_sim import autopilot, ceiling, evasion, failsafe, onboard, own_motion
 from relform_sim.failsafe import Failsafe
 from relform_sim.onboard import Onboard, OnboardCounts
 from relform_sim.pilot import Readings
@@ -206,7 +206,7 @@ def test_near_the_ground_the_failsafe_switches_the_motors_off_for_good() -> None
     assert flight.onboard.counts == OnboardCounts(missing=4, replayed=1, failsafe=2, disarmed=2, refused=1)
 
 
-@pytest.mark.parametrize("module", [onboard, autopilot, evasion, failsafe, own_motion])
+@pytest.mark.parametrize("module", [onboard, autopilot, ceiling, evasion, failsafe, own_motion])
 def test_the_onboard_logic_cannot_see_the_truth(module: ModuleType) -> None:
     """The rules of import-linter are about modules; ground truth and localization share one type."""
     imported = {

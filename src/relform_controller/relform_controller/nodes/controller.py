@@ -68,6 +68,7 @@ class ControllerNode:
         self._n_steps = config.n_steps
         self._period_ns = config.period_ns
         self._me = me
+        self._has_geofence = config.geofence is not None
         watches_separation = config.separation is not None
         self._telemetry = (
             *(me.state, me.solver, me.reference, me.events),
@@ -88,6 +89,8 @@ class ControllerNode:
         """Measurements that the estimator has rejected in the flight."""
         self._separation: SeparationReport | None = None
         """Of the newest decision."""
+        self._breach = ""
+        """Of the newest decision, see there."""
         self._waiting_for = ""
         """What the start of the mission waits for; empty: it has started."""
         self._requests: RequestServices | None = None
@@ -149,6 +152,11 @@ class ControllerNode:
             self._publish_standby(step, decision, messages)
         else:
             self._note(decision)
+            for alarm in decision.alarms:
+                print(f"{self._me.node}: {alarm.source}: {alarm.description}", file=sys.stderr)
+                self._pacing.publish(
+                    self._me.events, self._event(step, AlarmRaised(alarm.description), alarm.source)
+                )
         self._publish_commands(decision.commands)
         if isinstance(self._controller, FlightDirector):
             status = PerStep(step, measurements.arrival_ns, self._controller.status)
@@ -181,7 +189,7 @@ class ControllerNode:
         self._waiting_for = decision.holds_for
         self._solver_states[decision.solver.state] += 1
         self._fallback_reason = decision.solver.fallback_reason or self._fallback_reason
-        self._separation = decision.separation
+        self._separation, self._breach = decision.separation, decision.breach
         if decision.state.estimator is not None:
             self._estimator = decision.state.estimator
             self._rejected += len(self._estimator.rejected)
@@ -203,11 +211,6 @@ class ControllerNode:
             telemetry.append(separation_to_msg(PerStep(step, stamp_ns, decision.separation)))
         for topic, message in zip(self._telemetry, telemetry, strict=True):
             self._pacing.publish(topic, message)
-        for alarm in decision.alarms:
-            print(f"{self._me.node}: {alarm.source}: {alarm.description}", file=sys.stderr)
-            self._pacing.publish(
-                self._me.events, self._event(step, AlarmRaised(alarm.description), alarm.source)
-            )
 
     def _event(
         self,
@@ -232,6 +235,7 @@ class ControllerNode:
             "estimator.nis": self._estimator.nis,
             "estimator.nis_dof": self._estimator.nis_dof,
             "estimator.rejected": self._rejected,
+            **({"geofence": self._breach} if self._has_geofence else {}),
             **self._report_of_separation(),
             **self._report_of_team(),
         }

@@ -61,6 +61,10 @@ class FormationSchedule:
         """
         self._requested = dict(formation), phase
 
+    def ignore_phases(self) -> None:
+        """From now on only requests change the formation."""
+        self._changes.by_step = {}
+
     def from_next_step_on(self) -> tuple[Mapping[str, Vector3], Mapping[str, Vector3]]:
         """The formation that the team is asked to have in the next step, and the last one asked for [m]."""
         places = self._places.at(np.array([self._since_change(self.next_ns)]))[:, 0].tolist()

@@ -1,5 +1,6 @@
 """Paths of the leader that begin in flight: from any reference to a place, to rest, or along given points."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, Self
 
@@ -11,6 +12,7 @@ from relform_core.arrays import Array
 from relform_core.blend import Blend
 from relform_core.controller_config import LeaderMotionConfig
 from relform_core.scenario_config import ScenarioConfig
+from relform_core.schema import Vector3
 from relform_core.units import NANOSECONDS_PER_SECOND
 
 
@@ -78,6 +80,26 @@ class Transfer:
         """See ``LeaderPath``."""
         yaw_NB = self._yaw_NB + self._turn.at(elapsed)[0, :, 0]
         return LeaderReference(self._position.at(elapsed)[0], self._position.velocity_at(elapsed)[0], yaw_NB)
+
+
+def braking(
+    state: LeaderState, formations: Iterable[Mapping[str, Vector3]], config: ScenarioConfig
+) -> Transfer:
+    """The leader brakes, and comes to rest where all vehicles are inside the geofence, if there is one.
+
+    Args:
+        state: of the leader.
+        formations: that the team has, and is to have: position of each follower relative to the leader [m].
+        config: the scenario.
+    """
+    limits = config.controller.leader_motion
+    stop = Transfer.to_rest(state, limits)
+    if config.geofence is None:
+        return stop
+    place = stop.at(np.array([stop.duration])).p_NB_N[0]
+    places = [(0.0, 0.0, 0.0), *(place for formation in formations for place in formation.values())]
+    inside = config.geofence.inside(place, np.array(places) @ rotation_z(state.yaw_NB).T)
+    return stop if np.array_equal(inside, place) else Transfer(state, inside, state.yaw_NB, limits)
 
 
 class PhasesPath:

@@ -5,14 +5,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
+from relform_controller.reference.fence import check_phases, check_place
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.formation import FormationSchedule
+from relform_controller.reference.leader_path import LeaderState, Transfer, braking
 from relform_controller.reference.trajectory import LeaderReference, LeaderTrajectory, SampledReference
 from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
 from relform_core.errors import ConfigError
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
+from relform_core.units import NANOSECONDS_PER_SECOND
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +62,9 @@ class Mission(Protocol):
             ConfigError: the team cannot fly it; the message gives the reason.
         """
 
+    def halt(self) -> None:
+        """From the next control step on brake, and stay inside the geofence; the formation stays as it is."""
+
     def hold(self, poses: StartPoses) -> None:
         """Until the mission starts, the team should stay at these poses; it forms up from the last ones."""
 
@@ -96,6 +104,10 @@ class ScenarioMission:
             else SampledReference(leader, config.period_ns)
         )
         self._schedule = FormationSchedule(config)
+        self._halt: tuple[int, Transfer] | None = None
+        """When the leader began to brake [ns], and how; None: it flies on."""
+        if config.geofence is not None:
+            check_phases(config, self._leader_at, config.geofence.margin)
 
     @property
     def formation(self) -> Mapping[str, Vector3]:
@@ -111,6 +123,7 @@ class ScenarioMission:
         if formation != self.formation:
             self._schedule.check(formation)
             self._check_heights(formation)
+            self._check_geofence(formation)
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``."""
@@ -128,6 +141,32 @@ class ScenarioMission:
                     f"needed: the leader flies as low as {lowest:.3f} m"
                 )
 
+    def _check_geofence(self, formation: Mapping[str, Vector3]) -> None:
+        if (fence := self._config.geofence) is None:
+            return
+        first_ns, last_ns = self._schedule.next_ns, self._schedule.kept_until_ns
+        stamps_ns = np.arange(first_ns, max(last_ns, first_ns + 1), self._config.period_ns)
+        way = self._leader_at(stamps_ns / NANOSECONDS_PER_SECOND)
+        for follower, place in formation.items():
+            check_place(fence, follower, place, way, fence.margin)
+
+    def halt(self) -> None:
+        """See ``Mission``."""
+        next_ns = self._schedule.next_ns
+        found = self._leader_at(np.array([next_ns / NANOSECONDS_PER_SECOND]))
+        state = LeaderState(found.p_NB_N[0], found.v_NB_N[0], float(found.yaw_NB[0]))
+        formations = self._schedule.from_next_step_on()
+        self._halt = next_ns, braking(state, formations, self._config)
+        self._schedule.ignore_phases()
+
+    def _leader_at(self, times: Array) -> LeaderReference:
+        """The leader's reference at times since the start of the mission [s], shape (instant,)."""
+        stamps_ns = np.rint(times * NANOSECONDS_PER_SECOND).astype(np.int64)
+        if self._halt is None:
+            return self._trajectory.at(stamps_ns)
+        begin_ns, path = self._halt
+        return path.at(np.maximum(stamps_ns - begin_ns, 0) / NANOSECONDS_PER_SECOND)
+
     def hold(self, poses: StartPoses) -> None:
         """See ``Mission``."""
         self._schedule.hold(poses)
@@ -140,7 +179,9 @@ class ScenarioMission:
         """See ``Mission``; the scenario's last motion continues for one horizon after the end."""
         return MissionReference(
             phase=self._config.phase_at(int(stamps_ns[0]) // self._config.period_ns).name,
-            leader=self._trajectory.at(stamps_ns),
+            leader=self._trajectory.at(stamps_ns)
+            if self._halt is None
+            else self._leader_at(stamps_ns / NANOSECONDS_PER_SECOND),
             p_B1B2_C1=self._schedule.reference(stamps_ns),
             p_B1B2_C1__target=self._schedule.target,
         )

@@ -7,15 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from relform_controller.ocp.frames import rotations_z
+from relform_controller.reference.fence import check_phases, check_place
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.formation import FormationSchedule
-from relform_controller.reference.leader_path import LeaderPath, LeaderState, PhasesPath, Transfer
+from relform_controller.reference.leader_path import LeaderPath, LeaderState, PhasesPath, Transfer, braking
 from relform_controller.reference.mission import MissionReference
 from relform_controller.reference.timed_path import DURATION_MAX, TimedPath
 from relform_controller.reference.trajectory import LeaderTrajectory
 from relform_core.arrays import Array, Integers
 from relform_core.blend import Blend
 from relform_core.errors import ConfigError
+from relform_core.geofence_config import GeofenceConfig
 from relform_core.obstacles import clearance
 from relform_core.phases_config import PhaseConfig
 from relform_core.scenario_config import ScenarioConfig
@@ -74,7 +76,7 @@ class OnlineMission:
         if formation != self.formation:
             self._schedule.check(formation)
             elapsed = self._elapsed(self._schedule.next_ns)
-            self._check_way(self._flown, elapsed, *self._until(formation))
+            self._check_way(self._flown, elapsed, *self._until(formation), fence=self._config.geofence)
 
     def set_formation(self, formation: Mapping[str, Vector3]) -> None:
         """See ``Mission``."""
@@ -85,22 +87,28 @@ class OnlineMission:
         """Fly the phases of the scenario, from where the leader is.
 
         Raises:
-            ConfigError: the team would come to the ground or into an obstacle, or cannot change from its
-                present formation to the first one.
+            ConfigError: the team would come to the ground, into an obstacle or out of the geofence, or cannot
+                change from its present formation to the first one.
         """
         path = PhasesPath(self._config, self._trajectory, self._state())
+        check_phases(self._config, path.at, margin=0.0)  # checked with its margin before the flight
         first = self._config.formations[self._config.phases[0].formation]
         if first != self.formation:
             self._schedule.check(first)
         formations = [self._config.formations[phase.formation] for phase in self._config.phases]
-        self._check_way(path, 0.0, *formations)
+        self._check_way(path, 0.0, *formations, fence=None)
         self._begin(path, self._config.phases[0].name)
         self._phase = 0
         self._schedule.request(first)
 
     def hover(self) -> None:
         """Brake, and stay."""
-        self._begin(Transfer.to_rest(self._state(), self._limits), HOVER)
+        path = braking(self._state(), self._schedule.from_next_step_on(), self._config)
+        self._begin(path, HOVER)
+
+    def halt(self) -> None:
+        """See ``Mission``."""
+        self.hover()
 
     def go_to(self, p_NB_N: Array, yaw_NB: float) -> None:
         """Take the leader to a place, and stay there.
@@ -109,8 +117,8 @@ class OnlineMission:
             p_NB_N: [m], shape (3,).
             yaw_NB: [rad]; NaN: as it is.
         Raises:
-            ConfigError: the place is not finite or too far, or the team would come to the ground or into an
-                obstacle.
+            ConfigError: the place is not finite or too far, or the team would come to the ground, into an
+                obstacle or out of the geofence.
         """
         if not np.isfinite(p_NB_N).all() or math.isinf(yaw_NB):
             raise ConfigError(f"go_to needs a finite place (got {p_NB_N.tolist()} m, {yaw_NB:g} rad)")
@@ -121,7 +129,7 @@ class OnlineMission:
                 f"go_to would take {path.duration:.0f} s, at most {DURATION_MAX:g} s are allowed: go part of "
                 "the way first"
             )
-        self._check_way(path, 0.0)
+        self._check_way(path, 0.0, fence=self._config.geofence)
         self._begin(path, GO_TO)
 
     def descend(self, height: float) -> None:
@@ -140,10 +148,11 @@ class OnlineMission:
         Args:
             rows: see ``TimedPath``.
         Raises:
-            ConfigError: see ``TimedPath``; or the team would come to the ground or into an obstacle.
+            ConfigError: see ``TimedPath``; or the team would come to the ground, into an obstacle, or out of
+                the geofence.
         """
         path = TimedPath(self._state(), rows, self._limits)
-        self._check_way(path, 0.0)
+        self._check_way(path, 0.0, fence=self._config.geofence)
         self._begin(path, FOLLOW)
 
     def hold(self, poses: StartPoses) -> None:
@@ -212,9 +221,10 @@ class OnlineMission:
             self._schedule.request(formation, phase)
 
     def _until(self, formation: Mapping[str, Vector3]) -> list[Mapping[str, Vector3]]:
-        """Formations on the way to another one, itself included; only itself where there are no obstacles."""
+        """Formations on the way to another one, itself included; only itself where nothing is in the way."""
         change = self._schedule.way_to(formation)
-        if not self._config.obstacles or self._flies_around_obstacles:
+        is_free = not self._config.obstacles or self._flies_around_obstacles
+        if is_free and self._config.geofence is None:
             return [formation]
         times = np.linspace(0.0, change.duration, 1 + math.ceil(change.duration * _CHANGE_SAMPLES_PER_S))
         on_the_way = np.moveaxis(change.at(times)[1:, :-1], 1, 0).tolist()
@@ -222,13 +232,16 @@ class OnlineMission:
         until = [dict(zip(followers, map(tuple, places), strict=True)) for places in on_the_way]
         return [*until, formation]
 
-    def _check_way(self, path: LeaderPath, since: float, *later: Mapping[str, Vector3]) -> None:
-        """Check that no vehicle gets to the ground or into an obstacle.
+    def _check_way(
+        self, path: LeaderPath, since: float, *later: Mapping[str, Vector3], fence: GeofenceConfig | None
+    ) -> None:
+        """Check that no vehicle gets to the ground, into an obstacle or out of the geofence.
 
         Args:
             path: of the leader.
             since: time of the path from which on it is flown [s].
             later: formations beside those that the team has and was asked for.
+            fence: the geofence; None: it is not checked.
         Raises:
             ConfigError: one does.
         """
@@ -245,6 +258,8 @@ class OnlineMission:
                     f"'{vehicle}' would come to {height:.2f} m above the ground, at least {needed:g} m are "
                     "needed"
                 )
+            if fence is not None:
+                check_place(fence, vehicle, place, way, fence.margin)
             if self._flies_around_obstacles or not self._config.obstacles:
                 continue
             p_NB_N = way.p_NB_N + rotations_z(way.yaw_NB) @ np.array(place)
