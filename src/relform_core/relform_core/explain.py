@@ -38,6 +38,10 @@ _REQUIREMENTS = {
 """What a value must do, by pydantic's type of error; the braces are keys of its context."""
 
 
+LINE_MAX = 400
+"""Characters of an explanation."""
+
+
 @dataclass
 class Origins:
     """Where the parts of a configuration were written."""
@@ -81,7 +85,13 @@ def explain(error: ValidationError, tree: Mapping[str, Any], origins: Origins, s
         schema: what it was validated by; its keys are suggested for misspelt ones.
     """
     problems = [details for details in error.errors() if not _is_consequence(details)]
-    return "\n".join(_line(details, tree, origins, schema) for details in problems)
+    return "\n".join(_readable(_line(details, tree, origins, schema)) for details in problems)
+
+
+def _readable(line: str) -> str:
+    """A line that may quote any text, with escapes for what cannot be printed, and not too long."""
+    line = "".join(each if each.isprintable() else repr(each)[1:-1] for each in line)
+    return line if len(line) <= LINE_MAX else f"{line[: LINE_MAX - 3]}..."
 
 
 def _is_consequence(details: ErrorDetails) -> bool:

@@ -76,16 +76,23 @@ def load_scenario(
 
 
 def load_scenario_text(
-    text: str, origin: str, overrides: Sequence[str] = (), seed: int | None = None
+    text: str,
+    origin: str,
+    overrides: Sequence[str] = (),
+    seed: int | None = None,
+    names_files: bool = True,
 ) -> LoadedScenario:
     """Load and validate a scenario from its text; paths in it are relative to the working directory.
 
     Args:
         origin: where the text comes from, for errors.
         overrides, seed: as of ``load_scenario``.
+        names_files: whether the text may name other files; overrides may in any case.
     Raises:
         ConfigError: one line per problem, each naming origin, key, value and bound.
     """
+    if not names_files:
+        _check_names_no_file(parse_mapping(text, origin), origin)
     return _load(parse_mapping(text, origin), origin, Path(), overrides, seed)
 
 
@@ -119,6 +126,20 @@ def _load(
         where = origins.locate_contradiction(("phases", str(index), "motion"))
         raise ConfigError(f"{where}: {reason}")
     return LoadedScenario(config, checked_seed, _written_out(tree, config))
+
+
+def _check_names_no_file(tree: Mapping[str, Any], origin: str) -> None:
+    """Raise ConfigError if an unchecked scenario names a file."""
+    phases = tree.get("phases")
+    motions = {
+        f"phases.{index}.motion": phase.get("motion")
+        for index, phase in enumerate(phases if isinstance(phases, list) else ())
+        if isinstance(phase, dict)
+    }
+    sections = {section: tree.get(section) for section in SECTIONS_IN_FILES}
+    for key, value in (sections | motions).items():
+        if isinstance(value, str) or (isinstance(value, dict) and "file" in value):
+            raise ConfigError(f"{origin}: {key}: names a file, but must hold everything itself")
 
 
 def _written_out(tree: dict[str, Any], config: ScenarioConfig) -> dict[str, Any]:

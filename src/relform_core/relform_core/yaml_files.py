@@ -35,6 +35,8 @@ def read_text(path: Path) -> str:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: cannot be read: not a text file in UTF-8") from None
+    except ValueError:
+        raise ConfigError(f"{str(path)!r}: no path: it contains a null character") from None
 
 
 def parse_mapping(text: str, origin: str) -> dict[str, Any]:

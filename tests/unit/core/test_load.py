@@ -3,6 +3,7 @@
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -243,3 +244,26 @@ def test_the_fingerprint_depends_on_values_and_seed_only() -> None:
     others = (paper_scenario(seed=2), paper_scenario("vehicle.tilt_max_deg=84", seed=1))
     assert len({each.fingerprint for each in (paper_scenario(seed=1), *others)}) == 3
     assert paper_scenario(seed=1).with_seed(2).fingerprint == paper_scenario(seed=2).fingerprint
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("vehicle", "/etc/passwd"),
+        ("sensors", "paper"),
+        ("controller", {"file": "../../controller.yaml", "horizon_steps": 20}),
+    ],
+)
+def test_the_text_of_a_recording_names_no_files(key: str, value: Any) -> None:
+    text = to_text({**load_scenario(PAPER).written, key: value})
+    with pytest.raises(ConfigError, match=f"^a bag: {key}: names a file, but must hold everything itself$"):
+        load_scenario_text(text, "a bag", names_files=False)
+
+
+def test_a_motion_of_a_recording_names_no_file() -> None:
+    loaded = load_scenario(PAPER)
+    tree = {**loaded.written, "phases": [{"name": "A", "motion": {"kind": "path", "file": "/etc/passwd"}}]}
+    with pytest.raises(ConfigError, match=r"^a bag: phases\.0\.motion: names a file"):
+        load_scenario_text(to_text(tree), "a bag", names_files=False)
+    again = load_scenario_text(loaded.effective_yaml, "a bag", ["controller=team"], names_files=False)
+    assert again.config == load_scenario(PAPER, ["controller=team"]).config

@@ -37,7 +37,8 @@ class BagConfiguration:
     def _load(self, overrides: Sequence[str]) -> LoadedScenario:
         if self.source is not None:
             return load_scenario(self.source, overrides)
-        return load_scenario_text(self.text, f"{self.bag}: its attachment {CONFIG_ATTACHMENT}", overrides)
+        origin = f"{self.bag}: its attachment {CONFIG_ATTACHMENT}"
+        return load_scenario_text(self.text, origin, overrides, names_files=False)
 
 
 def find_configuration(bag: Path | str, given: Path | str | None = None) -> BagConfiguration:
