@@ -6,7 +6,8 @@ from relform_ros.ages import Ages
 from relform_ros.arrivals import Arrivals, Arrived
 from relform_ros.barrier import SilentNodeError, VehicleFaultError
 from relform_ros.flight_time import FlightTime
-from relform_ros.lockstep import READY, Done
+from relform_ros.lockstep import JOINED, READY, Done
+from relform_ros.membership import Verdict
 from relform_ros.metronome import Metronome
 from relform_ros.rejection import Reason, RejectionError
 
@@ -45,6 +46,8 @@ def metronome(now: SteadyClock) -> Metronome:
         step_timeout=2.0,
         now=now,
         world=(LEADER,),
+        controllers=(CONTROLLER,),
+        replaceable=(CONTROLLER, RECORDER),
     )
     finish(metronome, LEADER, CONTROLLER, RECORDER)
     return metronome
@@ -105,17 +108,80 @@ def test_the_last_step_waits_for_all(metronome: Metronome, now: SteadyClock) -> 
     assert metronome.complete()
 
 
-def test_a_member_that_stays_silent_is_named(metronome: Metronome, now: SteadyClock) -> None:
+def fly_on(metronome: Metronome, now: SteadyClock, *nodes: str, duration: float = 0.5) -> None:
+    """These nodes finish the present step, which takes longer than usual, and the next one begins."""
+    finish(metronome, *nodes)
+    now.time += duration
+    assert metronome.complete()
     metronome.advance()
-    for _ in range(5):
-        finish(metronome, LEADER, RECORDER)
-        now.time += 0.39
-        assert metronome.complete()
-        metronome.advance()
-    now.time += 0.1
-    message = r"step 5 \(0.25 s\) not finished within 2 s .*: /formation/controller$"
+
+
+def test_a_vehicle_that_stays_silent_is_named(metronome: Metronome, now: SteadyClock) -> None:
+    metronome.advance()
+    finish(metronome, CONTROLLER, RECORDER)
+    now.time += 2.1
+    message = r"step 0 \(0.00 s\) not finished within 2 s .*: /leader/quadrotor$"
     with pytest.raises(SilentNodeError, match=message):
         metronome.complete()
+
+
+def test_controllers_and_observers_may_be_silent_while_a_vehicle_is_in_the_air(
+    metronome: Metronome, now: SteadyClock
+) -> None:
+    metronome.advance()
+    for _ in range(5):
+        fly_on(metronome, now, LEADER)
+    metronome.add(Done(LEADER, 5, (), "", rests=True))
+    message = (
+        r"step 5 \(0.25 s\): all vehicles are on the ground, and nothing was heard for 2 s "
+        r"\(lockstep.step_timeout_s\) from: /formation/controller$"
+    )
+    with pytest.raises(SilentNodeError, match=message):
+        metronome.complete()
+
+
+def test_a_team_on_the_ground_waits_for_a_controller_that_is_late(
+    metronome: Metronome, now: SteadyClock
+) -> None:
+    metronome.advance()
+    for step in range(4):
+        metronome.add(Done(LEADER, step, (), "", rests=True))
+        finish(metronome, RECORDER)
+        now.time += 0.45
+        assert metronome.complete()
+        metronome.advance()
+    finish(metronome, CONTROLLER, LEADER)
+    now.time += 1.0
+    assert metronome.complete()
+
+
+def test_nobody_waits_at_the_end_for_those_that_were_lost(metronome: Metronome, now: SteadyClock) -> None:
+    metronome.advance()
+    for _ in range(6):
+        fly_on(metronome, now, LEADER, RECORDER)
+    finish(metronome, LEADER, RECORDER)
+    with pytest.raises(SilentNodeError, match=r"step 6 .*: /formation/controller$"):
+        metronome.complete()
+
+
+def test_a_controller_that_was_started_again_goes_on_with_the_present_step(
+    metronome: Metronome, now: SteadyClock
+) -> None:
+    metronome.advance()
+    fly_on(metronome, now, LEADER, CONTROLLER, RECORDER, duration=0.05)
+    with pytest.raises(RejectionError):
+        metronome.add(Done(CONTROLLER, JOINED, (), "", process=42))
+    finish(metronome, LEADER)
+    now.time += 0.3
+    metronome.complete()
+    assert metronome.take_changes() == []
+    now.time += 0.3
+    metronome.complete()
+    (change,) = metronome.take_changes()
+    assert (change.verdict, change.node, change.process) == (Verdict.ADMITTED, CONTROLLER, 42)
+    assert metronome.report()["members.admitted"] == 1
+    metronome.advance()
+    finish(metronome, CONTROLLER)
 
 
 def test_a_clock_that_was_stopped_blames_nobody(metronome: Metronome, now: SteadyClock) -> None:

@@ -76,6 +76,10 @@ class FlightDisplay:
         else:
             self._console.print(text)
 
+    def note(self, text: str) -> None:
+        """Print a line that stays, during the flight."""
+        self._live.console.print(text, highlight=False)
+
     def show(self, flight: FlightProgress) -> None:
         """Show the newest step, at most once per refresh period."""
         if time.monotonic() - self._refreshed < self._refresh_s:

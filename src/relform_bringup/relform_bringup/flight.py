@@ -122,6 +122,12 @@ class Flight:
         """The messages of each step, if another process hands them over."""
         self._monitor: Monitor | None = None
         self._watched = -math.inf
+        self._say: Callable[[str], None] = print
+        """Shows a line above the live display."""
+        real_time = scenario.config.real_time
+        self._restarts_left = 0 if real_time is None else real_time.restarts_max
+        self._losses: dict[Child, str] = {}
+        """How controllers were lost, without which the flight goes on until the vehicles have landed."""
 
     def fly(self, console: Console) -> FlownFlight:
         """Start the nodes, show the flight on the console, stop the nodes."""
@@ -132,6 +138,7 @@ class Flight:
         outcome, reason = Outcome.COMPLETED, None
         try:
             with FlightDisplay(console, self._scenario.config) as display:
+                self._say = display.note
                 try:
                     self._start()
                     # All members, and the clock; a monitor in this process runs already.
@@ -271,12 +278,33 @@ class Flight:
             return
         self._watched = now
         for child in self._supervisor.ended():
-            if child.exit_code() != NodeExit.FLIGHT_OVER:
+            is_lost = child.exit_code() != NodeExit.FLIGHT_OVER
+            if is_lost and child not in self._losses and not self._goes_on_without(child):
                 raise FlightError(self._loss(child))
+
+    def _goes_on_without(self, child: Child) -> bool:
+        """Whether a flight goes on that has lost a process; a controller is started again if it may be.
+
+        A controller that has given a reason would give it again.
+        """
+        is_controller = child.name in [controller.node for controller in self._roster.controllers]
+        flies = self._monitor is not None and self._monitor.step >= 0
+        if self._scenario.config.real_time is None or not is_controller or not flies:
+            return False
+        loss = self._loss(child)
+        if (child.exit_code() or 0) < 0 and self._restarts_left > 0:
+            self._restarts_left -= 1
+            self._supervisor.restart(child)
+            self._say(f"{loss}: starting it again")
+        else:
+            self._losses[child] = loss
+            self._say(f"{loss}: the vehicles land")
+        return True
 
     def _loss(self, child: Child) -> str:
         if child is self._clock and child.exit_code() in (NodeExit.SILENT_MEMBER, NodeExit.MEMBER_FAULT):
-            return child.last_words().removeprefix(f"{CLOCK_NODE}: ")
+            words = child.last_words().removeprefix(f"{CLOCK_NODE}: ")
+            return "; ".join((*self._losses.values(), words))
         step = -1 if self._monitor is None else self._monitor.step
         if step < 0:
             return f"{child.epitaph()} before the first step"

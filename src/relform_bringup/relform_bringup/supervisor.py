@@ -21,20 +21,30 @@ CRASHES = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGILL, signal.SIGFPE
 class Child:
     """One process in a session of its own, so that signals of the terminal do not reach it."""
 
-    def __init__(self, name: str, command: Sequence[str], log: Path, pass_fds: Sequence[int] = ()) -> None:
+    def __init__(
+        self,
+        name: str,
+        command: Sequence[str],
+        log: Path,
+        pass_fds: Sequence[int] = (),
+        *,
+        keeps_log: bool = False,
+    ) -> None:
         """Start it.
 
         Args:
             name: fully qualified name of its node, or what it is called in messages.
             log: file for its output.
             pass_fds: open files that it inherits.
+            keeps_log: whether its output is added to what the file holds.
         Raises:
             FlightError: it cannot be started.
         """
         self.name = name
-        self._log = log
+        self.command = command
+        self.log = log
         try:
-            with log.open("wb") as output:
+            with log.open("ab" if keeps_log else "wb") as output:
                 self._process = subprocess.Popen(
                     command,
                     stdin=subprocess.DEVNULL,
@@ -62,7 +72,7 @@ class Child:
 
     def last_words(self) -> str:
         """The last line that it printed; empty if it printed none."""
-        lines = self._log.read_text(encoding="utf-8", errors="replace").split("\n")
+        lines = self.log.read_text(encoding="utf-8", errors="replace").split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
     def epitaph(self) -> str:
@@ -107,6 +117,16 @@ class Supervisor:
         child = Child(name, [find_setpriv(), "--pdeathsig", dies_by, "--", *command], log, pass_fds)
         self._children.append(child)
         return child
+
+    def restart(self, child: Child) -> Child:
+        """Start a process again that has ended; it inherits no open files.
+
+        Raises:
+            FlightError: it cannot be started.
+        """
+        again = Child(child.name, child.command, child.log, keeps_log=True)
+        self._children[self._children.index(child)] = again
+        return again
 
     @property
     def size(self) -> int:

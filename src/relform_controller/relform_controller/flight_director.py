@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from relform_controller.estimation.registry import make_estimator
 from relform_controller.formation_controller import FormationController
 from relform_controller.ground_plan import (
     APPROACH_HEIGHT,
@@ -25,10 +26,11 @@ from relform_controller.reference.online_mission import OnlineMission
 from relform_controller.reference.timed_path import rows_of
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.solver import Solver
+from relform_controller.take_over import take_over_problem
 from relform_core.blend import Blend
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
-from relform_core.flight_modes import Request, TeamMode, TeamRequest, VehicleMode, refusal
+from relform_core.flight_modes import ON_THE_GROUND, Request, TeamMode, TeamRequest, VehicleMode, refusal
 from relform_core.measurements import RotorCommand, TeamMeasurements
 from relform_core.scenario_config import ScenarioConfig
 from relform_core.schema import Vector3
@@ -38,11 +40,14 @@ from relform_core.units import NANOSECONDS_PER_SECOND, seconds_to_ns
 
 SILENCE_MAX_S = 1.0
 """How long nothing may be heard from a vehicle in the air [s]; then the team lands."""
-_WATCHED = frozenset({TeamMode.TAKING_OFF, TeamMode.HOVERING, TeamMode.FLYING, TeamMode.LANDING})
+TAKE_OVER_MAX_S = 2.0
+"""Within this time all vehicles must hover for a controller that takes over [s]."""
+_WATCHED = frozenset(
+    {TeamMode.TAKING_OFF, TeamMode.TAKING_OVER, TeamMode.HOVERING, TeamMode.FLYING, TeamMode.LANDING}
+)
 _LOST = frozenset({VehicleMode.FAILSAFE, VehicleMode.STOPPED})
 _UP = frozenset({VehicleMode.HOVERING, VehicleMode.FLYING})
 _FENCED = frozenset({TeamMode.TAKING_OFF, TeamMode.HOVERING, TeamMode.FLYING})
-_ON_THE_GROUND = frozenset({VehicleMode.IDLE, VehicleMode.ARMED, VehicleMode.STOPPED})
 
 
 class FlightDirector:
@@ -86,6 +91,10 @@ class FlightDirector:
         """None: the team flies in formation, also while it descends to land."""
         self._decision: Decision | None = None
         """Of the newest step; None: it had none."""
+        self._resumes = False
+        """Whether the first step is that of a controller which takes over."""
+        self._has_to_rise = False
+        """Whether the vehicles may be so low that their places in formation are in the ground."""
         self._script = [TeamRequest.TAKE_OFF, TeamRequest.START, TeamRequest.LAND]
         """What remains to be requested by the director itself."""
         if config.ground.waits:
@@ -110,6 +119,17 @@ class FlightDirector:
     def vehicle_modes(self) -> Mapping[str, VehicleMode]:
         """What the vehicles last reported to do, in team order; those that never did are missing."""
         return {name: self._status[name].mode for name in self._config.team.vehicles if name in self._status}
+
+    def resume(self) -> None:
+        """Take over a team of which nothing is known, see ``FormationController``.
+
+        Vehicles in the air hover, form up, and then land if the scenario does not wait for requests: what it
+        has flown is not known any more. A team on the ground stays there.
+        """
+        self._enter(TeamMode.TAKING_OVER)
+        self._resumes = True
+        self._prepare_flight(is_at_rest=False)
+        self._script = [] if self._ground.waits else [TeamRequest.LAND]
 
     def set_weights(self, weights: WeightsConfig) -> None:
         """See ``FormationController``."""
@@ -170,6 +190,8 @@ class FlightDirector:
     def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Standby:
         """See ``FormationController``."""
         self._now_ns = measurements.arrival_ns
+        if self._resumes:
+            self._began_ns, self._resumes = self._now_ns, False
         for name in self._config.team.vehicles:
             if (status := measurements.by_vehicle[name].newest(FLIGHT_STATUS)) is not None:
                 self._status[name] = status
@@ -200,6 +222,8 @@ class FlightDirector:
             case TeamMode.TAKING_OFF if not self._is_up:
                 requests = self._take_off.requests(self._since(self._began_ns))
                 return self._standby(requests, "the vehicles to take off")
+            case TeamMode.TAKING_OVER if not self._is_up:
+                return self._take_over(measurements)
         return self._fly(measurements, sqp_steps) if self._landing is None else self._land_vehicles()
 
     def _fly(self, measurements: TeamMeasurements, sqp_steps: int | None) -> Decision | Standby:
@@ -209,6 +233,9 @@ class FlightDirector:
         if not outcome.commands:
             self._land_at_once(TeamMode.FAILSAFE, f"no plan is left: {outcome.solver.fallback_reason}")
             return self._land_vehicles()
+        if self.mode is TeamMode.TAKING_OVER and not outcome.holds_for and self._has_to_rise:
+            self._mission.rise(APPROACH_HEIGHT)
+            self._has_to_rise = False
         is_resting = self._mission.is_resting and not outcome.holds_for
         if self.mode is TeamMode.LANDING and is_resting:
             above = heights(outcome.state, self._config.team.leader)
@@ -227,6 +254,18 @@ class FlightDirector:
         else:
             self._breach = self.reason = breach
 
+    def _take_over(self, measurements: TeamMeasurements) -> Standby:
+        """Until all vehicles hover: ask them to, which changes nothing on the ground."""
+        vehicles, modes = self._config.team.vehicles, self.vehicle_modes
+        found = [take_over_problem(name, measurements.by_vehicle[name]) for name in vehicles]
+        problems = [problem for problem in found if problem]
+        if len(modes) == len(vehicles) and ON_THE_GROUND.issuperset(modes.values()):
+            self._stay_on_ground()
+        elif len(modes) == len(vehicles) and problems:
+            self._land_at_once(TeamMode.FAILSAFE, f"not taken over: {problems[0]}")
+            return self._land_vehicles()
+        return self._standby(self._all(Request.HOVER), "the vehicles to hover")
+
     def _begin_landing(self, above: Mapping[str, float], interval: float) -> None:
         """From the next step on each vehicle lands on its own sensors."""
         self._landing = LandingPlan(above, interval)
@@ -237,19 +276,23 @@ class FlightDirector:
         requests = self._landing.requests(self._since(self._landing_ns))
         if all(map(self._has_landed, self._status.values())):
             self._landing = None
-            stopped = [name for name, mode in self.vehicle_modes.items() if mode is VehicleMode.STOPPED]
-            if stopped:
-                self._enter(TeamMode.STOPPED, f"{stopped[0]} is stopped: {self._status[stopped[0]].reason}")
-            else:
-                self._enter(TeamMode.IDLE, self.reason)
-                self._prepare_flight()
+            self._stay_on_ground()
         return self._standby(requests, "the vehicles to land")
+
+    def _stay_on_ground(self) -> None:
+        """All vehicles are on the ground: wait for the next flight, unless one of them is stopped."""
+        stopped = [name for name, mode in self.vehicle_modes.items() if mode is VehicleMode.STOPPED]
+        if stopped:
+            self._enter(TeamMode.STOPPED, f"{stopped[0]} is stopped: {self._status[stopped[0]].reason}")
+        else:
+            self._enter(TeamMode.IDLE, self.reason)
+            self._prepare_flight()
 
     def _has_landed(self, status: FlightStatus) -> bool:
         """Whether a vehicle that was asked to land says that it is on the ground; before, it may rise."""
         asked_ns = self._landing_ns + self._config.command_lead_ns + self._config.period_ns
         is_answer = status.stamp_ns > asked_ns or status.mode is VehicleMode.STOPPED
-        return is_answer and status.mode in _ON_THE_GROUND
+        return is_answer and status.mode in ON_THE_GROUND
 
     def _since(self, begin_ns: int) -> float:
         """Time from an instant to the present step [s]."""
@@ -263,8 +306,9 @@ class FlightDirector:
 
     def _problem(self) -> str | None:
         """Why the team must land, in words; None: it can fly on."""
+        is_taking_over = self.mode is TeamMode.TAKING_OVER and not self._is_up
         for name, status in self._status.items():
-            if status.mode in _LOST:
+            if status.mode in _LOST and not is_taking_over:
                 return f"{name} is in {status.mode}: {status.reason}"
             if self._now_ns - status.stamp_ns > seconds_to_ns(SILENCE_MAX_S):
                 return f"nothing was heard from {name} for {SILENCE_MAX_S:g} s"
@@ -272,6 +316,8 @@ class FlightDirector:
         if self.mode is TeamMode.TAKING_OFF and not self._is_up and is_late:
             absent = [name for name in self._config.team.vehicles if self.vehicle_modes.get(name) not in _UP]
             return f"{absent[0]} has not taken off within {self._take_off.time_max:.1f} s"
+        if is_taking_over and self._since(self._began_ns) > TAKE_OVER_MAX_S:
+            return f"the vehicles do not hover within {TAKE_OVER_MAX_S:g} s"
         return None
 
     def _follow_script(self) -> None:
@@ -302,13 +348,15 @@ class FlightDirector:
     def _enter(self, mode: TeamMode, reason: str = "") -> None:
         self.mode, self.reason, self._began_ns = mode, reason, self._now_ns
 
-    def _prepare_flight(self) -> None:
-        """A new controller and mission, for the next flight."""
+    def _prepare_flight(self, *, is_at_rest: bool = True) -> None:
+        """A new controller and mission, for the next flight; or for vehicles that move already."""
         self._mission = OnlineMission(self._config)
-        self._controller = FormationController(
+        self._has_to_rise = not is_at_rest
+        self._controller: FormationController = FormationController(
             self._config,
             self._clock,
             self._mission,
+            make_estimator(self._config, is_at_rest=is_at_rest),
             solver=self._make_solver,
             time_budget=self._time_budget,
         )

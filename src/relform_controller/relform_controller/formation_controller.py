@@ -21,10 +21,12 @@ from relform_controller.ocp.problem import (
 from relform_controller.ocp.rotor_lag import RotorLag
 from relform_controller.reference.form_up import StartPoses
 from relform_controller.reference.mission import Mission, MissionReference, ScenarioMission
+from relform_controller.reference.resumed_mission import ResumedMission
 from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.prediction import predictor
 from relform_controller.solver.solver import Solver
+from relform_controller.take_over import take_over_problem
 from relform_controller.watch import Watch
 from relform_core.arrays import Array
 from relform_core.blend import Blend
@@ -86,9 +88,12 @@ class FormationController:
         self._period_ns = config.period_ns
         self._lead_ns = config.command_lead_ns
         self._thrust_coefficient = config.vehicle.thrust_coefficient
+        self._scenario = config
         self._config = config.controller
         self._forms_up = config.ground is not None
         """Whether the mission starts from where the vehicles are, even if nothing has to be waited for."""
+        self._resumes = False
+        """Whether the mission is that of a flight which another controller has begun."""
         self._mission = ScenarioMission(config) if mission is None else mission
         self._estimator = make_estimator(config) if estimator is None else estimator
         self._ocp = dataclasses.replace(
@@ -132,6 +137,15 @@ class FormationController:
         """What the team flies: position of each follower relative to the leader, without ramp [m]."""
         return self._mission.formation
 
+    def resume(self) -> None:
+        """Take over a team in flight, of which nothing is known; to be called before the first step.
+
+        The team holds its place as at every start, then it forms up and goes on with the phase of that time.
+        """
+        self._mission = ResumedMission(self._scenario)
+        self._estimator = make_estimator(self._scenario, is_at_rest=False)
+        self._forms_up = self._resumes = True
+
     def set_weights(self, weights: WeightsConfig) -> None:
         """Change the weights of the cost from the next step on."""
         self._solver.set_weights(weights)
@@ -172,9 +186,11 @@ class FormationController:
             The decision; at the start of a flight what the controller waits for, if there is no estimate yet.
         Raises:
             FlightError: the start still waits after ``controller.start_wait_max_s``, or the team cannot form
-                up from where it is.
+                up from where it is, or is to be taken over but is not in the air.
         """
         now_ns = measurements.arrival_ns
+        if self._resumes and self._mission_start_ns is None:
+            _check_in_the_air(measurements)
         self._skip_to(now_ns)
         self._inputs.acknowledge(measurements)
         estimate = self._estimator.update(measurements, self._inputs.take_changes(now_ns), self._prediction)
@@ -252,7 +268,7 @@ class FormationController:
             if estimate.unsettled:
                 self._check_wait(now_ns, estimate.unsettled)
                 return self._mission.reference(np.zeros_like(self._asked_ns))
-            self._mission_start_ns = now_ns
+            self._mission_start_ns = 0 if self._resumes else now_ns
         mission_ns = now_ns - self._mission_start_ns
         self._mission.advance(mission_ns)
         return self._mission.reference(mission_ns + self._asked_ns)
@@ -324,6 +340,13 @@ class FormationController:
             ),
             holds_for=estimate.unsettled if self._mission_start_ns is None else "",
         )
+
+
+def _check_in_the_air(measurements: TeamMeasurements) -> None:
+    """Raise FlightError if a vehicle is on the ground, or nearly so."""
+    for name, measured in measurements.by_vehicle.items():
+        if problem := take_over_problem(name, measured):
+            raise FlightError(f"the team cannot be taken over: {problem}")
 
 
 def _unwrapped(estimate: TeamEstimate, yaw_reference: float) -> TeamEstimate:

@@ -36,6 +36,10 @@ class VehicleMode(_Spoken):
     """Motors cut, for the rest of the flight."""
 
 
+ON_THE_GROUND = frozenset({VehicleMode.IDLE, VehicleMode.ARMED, VehicleMode.STOPPED})
+"""Modes of a vehicle that needs no commands; one that was stopped in the air will be there soon."""
+
+
 class Request(_Spoken):
     """What a command asks a vehicle to do; the numbers of RotorSpeeds.msg."""
 
@@ -72,6 +76,8 @@ class TeamMode(_Spoken):
     """Something went wrong: all vehicles land where they are."""
     STOPPED = 6
     """Motors cut, for the rest of the flight."""
+    TAKING_OVER = 7
+    """A controller that was started in flight asks the vehicles in the air to hover, then forms up."""
 
 
 class TeamRequest(Enum):
@@ -95,7 +101,7 @@ class TeamRequest(Enum):
 
 
 _IN_FORMATION = frozenset({TeamMode.HOVERING, TeamMode.FLYING})
-_IN_THE_AIR = _IN_FORMATION | {TeamMode.TAKING_OFF, TeamMode.LANDING}
+_IN_THE_AIR = _IN_FORMATION | {TeamMode.TAKING_OFF, TeamMode.TAKING_OVER, TeamMode.LANDING}
 
 ALLOWED: Mapping[TeamRequest, frozenset[TeamMode]] = {
     TeamRequest.TAKE_OFF: frozenset({TeamMode.IDLE}),

@@ -45,6 +45,8 @@ COUNTS = (
     Count("rejected", Level.WARN, "rejected commands: {n}"),
     Count("refused", Level.WARN, "intervals with a request that the mode does not allow: {n}"),
     Count("requests.refused", Level.WARN, "refused requests: {n}"),
+    Count("members.admitted", Level.WARN, "nodes that were started again: {n}"),
+    Count("members.refused", Level.WARN, "processes that were refused: {n}"),
     Count("real_time.skipped_steps", Level.WARN, "skipped steps: {n}"),
     Count("real_time.incomplete_steps", Level.WARN, "steps without all messages: {n}"),
     Count("real_time.missed_steps.", Level.WARN, "steps that {name} missed: {n}"),

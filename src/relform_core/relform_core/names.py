@@ -20,6 +20,8 @@ SOLVER = f"/{FORMATION}/{SOLVER_OF_CONTROLLER}"
 REFERENCE = f"/{FORMATION}/{REFERENCE_OF_CONTROLLER}"
 STATUS = f"/{FORMATION}/{STATUS_OF_CONTROLLER}"
 DIAGNOSTICS = "/diagnostics"
+MEMBERS = "/sim/members"
+"""Topic of the clock's decisions on nodes of a running flight."""
 
 TF = "/tf"
 TF_STATIC = "/tf_static"
@@ -61,6 +63,7 @@ class EventKind(IntEnum):
     SET_PARAMETERS = 3
     REQUEST = 4
     ALARM = 5
+    TAKE_OVER = 6
 
 
 class EstimatorMode(IntEnum):

@@ -22,6 +22,8 @@ class RealTimePacingConfig(Schema):
     decides on what has arrived."""
     solver_share: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.3
     """Share of the control period after which no further SQP step of a decision begins."""
+    restarts_max: Annotated[int, Field(ge=0, le=1000)] = 3
+    """How often ``fly`` starts a controller again that was killed or has crashed, in one flight."""
 
 
 _Pacing = Annotated[LockstepPacingConfig | RealTimePacingConfig, Field(discriminator="kind")]

@@ -88,6 +88,11 @@ class ScenarioConfig(Schema):
         return self.pacing if isinstance(self.pacing, RealTimePacingConfig) else None
 
     @property
+    def landing(self) -> GroundConfig | None:
+        """How vehicles land; None: in lock-step without ``ground``, where a flight ends in the air."""
+        return GroundConfig() if self.ground is None and self.real_time is not None else self.ground
+
+    @property
     def phase_start_times(self) -> tuple[float, ...]:
         """Time at which each phase starts [s]."""
         return tuple(itertools.accumulate((phase.duration for phase in self.phases[:-1]), initial=0.0))
@@ -164,7 +169,7 @@ class ScenarioConfig(Schema):
     def sources_of(self, vehicle: str) -> tuple[Source[Any], ...]:
         """What a vehicle of the team sends to the controller, in the order in which it sends."""
         acknowledgement = (APPLIED_ROTOR_SPEEDS,) if self.acknowledges_commands else ()
-        status = () if self.ground is None else (FLIGHT_STATUS,)
+        status = () if self.landing is None else (FLIGHT_STATUS,)
         return (*self.sensors_of(vehicle), *acknowledgement, *status)
 
     @property

@@ -270,9 +270,19 @@ class AlarmRaised:
 
 
 @dataclass(frozen=True)
+class TakenOver:
+    """The controller was started in flight, and takes the team over from the step of the event on."""
+
+
+EventContent = (
+    StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade | AlarmRaised | TakenOver
+)
+
+
+@dataclass(frozen=True)
 class Event:
     """Something that a replay must impose beside the sensor data (relform_msgs/FormationEvent)."""
 
     source: str
     """Vehicle or node that caused the event."""
-    content: StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade | AlarmRaised
+    content: EventContent

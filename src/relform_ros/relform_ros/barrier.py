@@ -1,10 +1,11 @@
 """The lock-step barrier: the next step begins when all members have finished this one."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from relform_core.errors import FlightError
 from relform_ros.lockstep import JOINED, READY, Done
+from relform_ros.membership import MemberChange, Membership
 from relform_ros.rejection import Reason, RejectionError
 
 
@@ -40,6 +41,7 @@ class Barrier:
         start_timeout: time that all members may take to be ready [s].
         step_timeout: time that all members may take for a step [s].
         now: steady time [s].
+        replaceable: the members that may be started again in flight.
     """
 
     def __init__(
@@ -52,10 +54,12 @@ class Barrier:
         start_timeout: float,
         step_timeout: float,
         now: Callable[[], float],
+        replaceable: Collection[str] = (),
     ) -> None:
         self._observers = tuple(observers)
         self._finished = dict.fromkeys(members, READY - 1)
         """The newest step that each member has finished."""
+        self._membership = Membership(self._finished, replaceable, configuration, now)
         self._faults: dict[str, str] = {}
         """Why members cannot continue, by name."""
         self._configuration = configuration
@@ -82,8 +86,8 @@ class Barrier:
         if done.node not in self._finished:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is no member of this barrier")
         if done.step == JOINED:
-            if self._step != READY:
-                raise RejectionError(Reason.STALE, f"{done.node} joins in step {self._step}")
+            if self._membership.join(done, self._step):
+                self._finished[done.node] = READY - 1  # of the process before
             if done.configuration != self._configuration:
                 self._disagreement = (
                     f"{done.node} flies another configuration ({done.configuration} instead of "
@@ -97,6 +101,8 @@ class Barrier:
             reason = Reason.STALE if done.step < expected else Reason.EARLY
             raise RejectionError(reason, f"{done.node} is in step {done.step}, now is {self._step}")
         self._finished[done.node] = done.step
+        if done.step > READY:
+            self._membership.heard(done.node, self._step)
         if done.fault:
             self._faults[done.node] = f"{done.node} in {self._when(done.step)}: {done.fault}"
 
@@ -108,9 +114,13 @@ class Barrier:
         """Steady time before which the next step does not begin [s]."""
         return -math.inf
 
+    def take_changes(self) -> list[MemberChange]:
+        """The decisions since the last call on processes that want to join."""
+        return self._membership.take_changes()
+
     def report(self) -> Mapping[str, object]:
         """What the clock adds to its diagnostics."""
-        return {}
+        return self._membership.report()
 
     def complete(self) -> bool:
         """Whether the next step may begin.

@@ -3,7 +3,7 @@
 import math
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from relform_core.errors import ConfigError
 from relform_ros.endpoints import Endpoints
@@ -15,9 +15,19 @@ DISCOVERY_PATIENCE_S = 5.0
 """After this time a node prints which nodes it is waiting for. It keeps waiting; only the clock gives up."""
 
 
-async def discover(name: str, endpoints: Endpoints, is_ready: Callable[[], bool] = lambda: True) -> None:
+async def discover(
+    name: str,
+    endpoints: Endpoints,
+    is_ready: Callable[[], bool] = lambda: True,
+    spare: Callable[[], Collection[str]] = tuple,
+) -> None:
     """Wait until a node's partners are connected and it is ready; name the missing ones once, after a while.
 
+    Args:
+        name: of the node.
+        endpoints: its topics.
+        is_ready: whether there is nothing else to wait for; what it raises ends the waiting.
+        spare: the nodes that may be missing.
     Raises:
         StopRequestedError: by a signal.
     """
@@ -27,6 +37,8 @@ async def discover(name: str, endpoints: Endpoints, is_ready: Callable[[], bool]
     def is_over() -> bool:
         nonlocal deadline, unmatched
         unmatched = endpoints.unmatched(among=unmatched)
+        if unmatched and (missing_ones := set(spare())):
+            unmatched = {topic for topic in unmatched if not endpoints.lacks_only(topic, missing_ones)}
         if unmatched and time.monotonic() > deadline:
             deadline = math.inf
             absent = {node for topic in unmatched for node in endpoints.absent(topic)}

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -130,6 +130,11 @@ class Endpoints:
         writers = self._node.get_publishers_info_by_topic(topic)
         readers = self._node.get_subscriptions_info_by_topic(topic)
         return self.partners(topic) - _full_names([*writers, *readers])
+
+    def lacks_only(self, topic: str, nodes: Collection[str]) -> bool:
+        """Whether some partners of a topic are missing on it, but only such of these nodes."""
+        absent = self.absent(topic)
+        return bool(absent) and absent <= set(nodes)
 
     def intruders(self) -> list[str]:
         """A line for each node that could be mistaken for one of this table: namesakes and other clocks."""

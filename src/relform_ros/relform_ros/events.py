@@ -14,12 +14,14 @@ from relform_core.team_config import TeamConfig
 from relform_core.telemetry import (
     AlarmRaised,
     Event,
+    EventContent,
     FaultReported,
     FormationSet,
     ParametersSet,
     PerStep,
     RequestMade,
     StepDecided,
+    TakenOver,
 )
 from relform_msgs.msg import FormationEvent as FormationEventMsg
 from relform_msgs.msg import RelativePosition as RelativePositionMsg
@@ -58,6 +60,9 @@ def event_to_msg(event: PerStep[Event], team: TeamConfig) -> FormationEventMsg:
             msg.kind = EventKind.REQUEST.value
             msg.description = request.value
             msg.request_values = list(values)
+        case TakenOver():
+            msg.kind = EventKind.TAKE_OVER.value
+            msg.description = "the controller was started in flight"
         case FaultReported(description):
             msg.kind = EventKind.FAULT.value
             msg.description = description
@@ -74,7 +79,7 @@ def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
         RejectionError: see the module; also an unknown kind, or lists that differ in length.
     """
     stamp_ns = header_from_msg(msg.header, "")
-    content: StepDecided | FormationSet | ParametersSet | FaultReported | RequestMade | AlarmRaised
+    content: EventContent
     match msg.kind:
         case EventKind.STEP:
             check_lengths(msg, "input_topics", "input_stamps")
@@ -92,6 +97,8 @@ def event_from_msg(msg: FormationEventMsg, team: TeamConfig) -> PerStep[Event]:
             content = AlarmRaised(msg.description)
         case EventKind.REQUEST:
             content = RequestMade(_request(msg.description), tuple(msg.request_values))
+        case EventKind.TAKE_OVER:
+            content = TakenOver()
         case _:
             known = ", ".join(f"{kind.value} ({kind.name})" for kind in EventKind)
             raise RejectionError(Reason.INVALID, f"kind must be one of {known} (got {msg.kind})")

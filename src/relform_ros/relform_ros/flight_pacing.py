@@ -1,9 +1,10 @@
 """What every pacing does: join a flight, hear its clock, send messages and report the ends of steps."""
 
 import math
+import secrets
 import time
 from abc import ABC, abstractmethod
-from collections.abc import AsyncIterator, Callable, Iterable, Mapping
+from collections.abc import AsyncIterator, Callable, Collection, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -12,15 +13,18 @@ from rosgraph_msgs.msg import Clock
 
 from relform_core.errors import FlightError
 from relform_core.load import LoadedScenario
-from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, step_done_topic
+from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, MEMBERS, step_done_topic
 from relform_core.roster import Roster
 from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_msgs.msg import MemberChange as MemberChangeMsg
 from relform_msgs.msg import StepDone
 from relform_ros.diagnostics import Diagnostics, is_due
 from relform_ros.discovery import check_name, discover
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_from_msg
 from relform_ros.lockstep import JOINED, READY, Done, step_at
+from relform_ros.member_changes import change_from_msg
+from relform_ros.membership import MemberChange, Verdict
 from relform_ros.pacing import Gathered, Stamped
 from relform_ros.raw import raw_stamp_ns
 from relform_ros.rejection import Reason, RejectionError
@@ -34,6 +38,10 @@ FAREWELL_S = 1.0
 """How long a node that ends waits until the others have received what it sent."""
 LEAVE_APART_S = 0.05
 """Time between the ends of two nodes: Fast DDS 2.14 can block for ever when they leave at the same time."""
+
+ANSWER_S = 5.0
+"""How long a node that joins a running flight waits for the answer of the clock."""
+PROCESS_BITS = 63
 
 Keep = Callable[[int, Any], None]
 """Takes a message that has arrived, with its stamp [ns]; may raise RejectionError."""
@@ -71,9 +79,20 @@ class FlightPacing(ABC):
         self._sent: list[tuple[str, int]] = []
         self._promised: list[str] = []
         self._newest_tick = -1
+        self._first_tick = -1
+        """The first step that this node has heard of; -1: none."""
+        self._process = secrets.randbits(PROCESS_BITS)
+        self._observers = roster.observers
+        self._is_admitted = False
+        """Whether the clock has let this process join the running flight."""
+        self._takes_part = False
+        """Whether this process has begun its first step."""
+        self._shut_out = ""
+        """Why this process must end; empty: it need not."""
         self._next_look = -math.inf
         self._missed_clock = False
         self._endpoints.subscribe(CLOCK, self._on_clock)
+        self._endpoints.subscribe(MEMBERS, self._on_member_change)
         for member in self._awaited:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
 
@@ -101,6 +120,11 @@ class FlightPacing(ABC):
     def readable(self) -> tuple[Topic, ...]:
         """See ``Pacing``."""
         return self._endpoints.readable
+
+    @property
+    def joined_late(self) -> bool:
+        """See ``Pacing``."""
+        return self._first_tick > 0
 
     def read(
         self,
@@ -153,6 +177,8 @@ class FlightPacing(ABC):
         fault: str = "",
         promised: Iterable[str] = (),
         report: Callable[[], Mapping[str, object]] = dict,
+        *,
+        rests: bool = False,
     ) -> None:
         """See ``Pacing``."""
         stamp_ns = step * self._period_ns
@@ -161,7 +187,7 @@ class FlightPacing(ABC):
             self.publish(DIAGNOSTICS, self._diagnostics.report(stamp_ns, values))
         self._promised = list(promised)
         self._sent += [(topic, stamp_ns) for topic in self._promised]
-        self._send_done(step, stamp_ns, fault)
+        self._send_done(step, stamp_ns, fault, rests)
 
     async def leave(self) -> None:
         """See ``Pacing``."""
@@ -169,16 +195,41 @@ class FlightPacing(ABC):
         await until_instant(time.monotonic() + self._place * LEAVE_APART_S)
 
     async def _join(self) -> None:
-        """Join the flight, find the other nodes, and report that it may start."""
-        joined = Done(self._name, JOINED, (), "", self._configuration)
+        """Join the flight, find the other nodes, report that it may start, and wait for its first step.
+
+        Raises:
+            FlightError: the flight runs, and goes on without this process.
+        """
+        joined = Done(self._name, JOINED, (), "", self._configuration, self._process)
         self._endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
-        await discover(self._name, self._endpoints)
-        self._send_done(READY, stamp_ns=0, fault="")
+        await discover(self._name, self._endpoints, self._may_begin, self._spare)
+        if not self.joined_late:
+            self._send_done(READY, stamp_ns=0, fault="")
+        await self._wait(lambda: self._newest_tick >= 0)
+        deadline = time.monotonic() + ANSWER_S
+        await self._wait(lambda: self._may_begin() or time.monotonic() > deadline, deadline)
+        if not self._may_begin():
+            raise FlightError(f"the flight runs, and {CLOCK_NODE} does not let another process join")
+        self._takes_part = True
+
+    def _may_begin(self) -> bool:
+        """Whether the flight waits for this node, or has let it join."""
+        self._check_shut_out()
+        return self._is_admitted or not self.joined_late
+
+    def _spare(self) -> Collection[str]:
+        """The nodes without which this one begins: in a running flight, those that no vehicle needs."""
+        return self._observers if self.joined_late else ()
+
+    def _check_shut_out(self) -> None:
+        if self._shut_out:
+            raise FlightError(self._shut_out)
 
     async def _wait(self, condition: Callable[[], bool], deadline: float = math.inf) -> None:
         """Wait as ``until`` does, while the clock of the flight exists."""
 
         def holds() -> bool:
+            self._check_shut_out()
             if condition():
                 return True
             self._look_for_clock()
@@ -204,11 +255,28 @@ class FlightPacing(ABC):
             raise RejectionError(Reason.STALE, f"tick of step {step} after that of step {self._newest_tick}")
         self._take_tick(step)
         self._newest_tick = step
+        if self._first_tick < 0:
+            self._first_tick = step
+
+    def _on_member_change(self, msg: MemberChangeMsg) -> None:
+        change = change_from_msg(msg)
+        if change.node == self._name:
+            self._take_change(change)
+
+    def _take_change(self, change: MemberChange) -> None:
+        """The clock has decided on this process, or on another one of this name."""
+        is_own = change.process == self._process
+        if is_own and change.verdict is Verdict.REFUSED:
+            self._shut_out = f"refused in step {change.step}: {change.reason}"
+        elif is_own:
+            self._is_admitted = True
+        elif self._takes_part and change.verdict is Verdict.ADMITTED:
+            self._shut_out = f"another process is {self._name} since step {change.step}: {change.reason}"
 
     def _on_step_done(self, member: str, msg: StepDone) -> None:
         self._take_done(done_from_msg(msg, member))
 
-    def _send_done(self, step: int, stamp_ns: int, fault: str) -> None:
-        done = Done(self._name, step, tuple(self._sent), fault)
+    def _send_done(self, step: int, stamp_ns: int, fault: str, rests: bool = False) -> None:
+        done = Done(self._name, step, tuple(self._sent), fault, rests=rests)
         self._endpoints.publish(step_done_topic(self._name), done_to_msg(done, stamp_ns))
         self._sent = []

@@ -36,6 +36,10 @@ class Done:
     """Empty, or why the node cannot continue."""
     configuration: str = ""
     """What must be equal on all nodes; set when a node joins."""
+    process: int = 0
+    """A number that no other process of this name has; set when a node joins."""
+    rests: bool = False
+    """Whether the node is a vehicle on the ground with its motors off or idle."""
 
 
 def step_at(stamp_ns: int, period_ns: int) -> int:

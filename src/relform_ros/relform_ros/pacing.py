@@ -41,6 +41,10 @@ class Pacing(Protocol):
     def readable(self) -> tuple[Topic, ...]:
         """The topics that this node may read."""
 
+    @property
+    def joined_late(self) -> bool:
+        """Whether the flight ran already when this node joined it; known from its first step on."""
+
     def read(
         self,
         topic: str,
@@ -96,11 +100,14 @@ class Pacing(Protocol):
         fault: str = "",
         promised: Iterable[str] = (),
         report: Callable[[], Mapping[str, object]] = dict,
+        *,
+        rests: bool = False,
     ) -> None:
         """Report that this node has finished a step; to be called once in each step that it gets.
 
         Args:
             fault: why the node cannot continue; empty: it can.
+            rests: whether it is a vehicle on the ground with its motors off or idle.
             promised: topics of messages that the node publishes after this call, one each, before its next
                 step; only observers may read them.
             report: called for what the node adds to its diagnostics, in the steps that have some.

@@ -101,7 +101,7 @@ class RealTimePacing(FlightPacing):
     async def steps(self) -> AsyncIterator[int]:
         """See ``Pacing``: joins the flight, then yields each step when the clock has reached it."""
         await self._join()
-        step = -1
+        step = self._newest_tick - 1
         while step < self._n_steps:
             await self._wait(lambda: self._newest_tick > step)  # noqa: B023  # not called later
             await self._hear_all()

@@ -19,6 +19,8 @@ def done_to_msg(done: Done, stamp_ns: int) -> StepDoneMsg:
         sent_stamps=[stamp_ns for _, stamp_ns in done.sent],
         fault=done.fault,
         configuration=done.configuration,
+        process=done.process,
+        rests=done.rests,
     )
 
 
@@ -39,4 +41,6 @@ def done_from_msg(msg: StepDoneMsg, node: str) -> Done:
         sent=tuple(zip(msg.sent, msg.sent_stamps, strict=True)),
         fault=msg.fault,
         configuration=msg.configuration,
+        process=msg.process,
+        rests=msg.rests,
     )

@@ -13,6 +13,7 @@ from relform_core.names import (
     CLOCK_NODE,
     DIAGNOSTICS,
     GROUND_TRUTH,
+    MEMBERS,
     MONITOR_NODE,
     ROTOR_SPEEDS,
     step_done_topic,
@@ -25,6 +26,7 @@ from relform_msgs.msg import (
     FormationEvent,
     FormationReference,
     FormationState,
+    MemberChange,
     RotorSpeeds,
     Separation,
     SolverStatus,
@@ -56,6 +58,7 @@ def topic_table(config: ScenarioConfig, roster: Roster) -> dict[str, Topic]:
     interested = sensor_observers if config.real_time is None else roster.observers
     topics = [
         Topic(CLOCK, Clock, (CLOCK_NODE,), roster.members),
+        Topic(MEMBERS, MemberChange, (CLOCK_NODE,), roster.members, LATCHED),
         Topic(DIAGNOSTICS, DiagnosticArray, (CLOCK_NODE, *roster.members), interested),
         *(topic for controller in roster.controllers for topic in _of_controller(controller, config, roster)),
         *(topic for vehicle in roster.vehicles for topic in _of_vehicle(vehicle, config, roster)),

@@ -66,7 +66,7 @@ class Autopilot:
         self._period = period
         self._ground = ground
         self._height = height
-        self._motion = OwnMotion(period, config.leg_height)
+        self._motion = OwnMotion(period, config.leg_height, height)
         self._tilt_control = TiltControl(config, period)
         self._readings: Readings | None = None
         self._push = np.zeros(3)

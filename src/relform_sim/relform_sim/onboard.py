@@ -60,7 +60,7 @@ _EVASION, _CEILING = "evasion", "ceiling"
 class Onboard:
     """Flies the newest good command; without one, its predicted sequence for a while; then on its own.
 
-    Where there is a ground, the vehicle starts on it, and takes off and lands as its controller asks. Where
+    Where there is a ground, the vehicle takes off and lands as its controller asks. Where
     there is none, it hovers before its first good command, because the controller may still wait for
     measurements, and near the ground its failsafe switches the motors off.
     """
@@ -73,16 +73,19 @@ class Onboard:
         height: float = 0.0,
         separation: SeparationConfig | None = None,
         geofence: GeofenceConfig | None = None,
+        *,
+        is_airborne: bool = False,
     ) -> None:
-        """Take over a vehicle.
+        """Start on the ground, if there is one.
 
         Args:
             config: nominal vehicle.
             period: length of the intervals [s].
-            ground: how it takes off; None: never.
-            height: of its take-off [m].
+            ground: how it takes off and lands; None: it does not.
+            height: to which it takes off [m].
             separation: when it evades other vehicles; None: never.
             geofence: below which height it stays; None: any.
+            is_airborne: it starts in the air, at this height.
         """
         self._speed_min = config.rotor_speed_min
         self._speed_max = config.rotor_speed_max
@@ -92,7 +95,7 @@ class Onboard:
             self._machine = ModeMachine(VehicleMode.HOVERING)
         else:
             self._pilot = Autopilot(config, period, ground, height)
-            self._machine = ModeMachine(VehicleMode.IDLE)
+            self._machine = ModeMachine(VehicleMode.HOVERING if is_airborne else VehicleMode.IDLE)
         self._guards: dict[str, Guard] = {}
         """By name; the first that acts comes first."""
         if separation is not None and separation.reaction == "evade":
@@ -107,7 +110,7 @@ class Onboard:
         """Whether a command has arrived within the present interval."""
         self._replays = False
         """Whether the present interval counts as flown on an earlier command."""
-        self._applied = np.zeros(4)
+        self._applied = np.full(4, config.hover_speed if is_airborne else 0.0)
         """The newest rotor speeds [rad/s]."""
         self.flown_stamp_ns: int | None = None
         """Stamp of the command whose plan the last interval was flown by [ns]; None: by none."""

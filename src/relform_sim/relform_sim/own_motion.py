@@ -30,11 +30,14 @@ class OwnMotion:
     Args:
         period: between two readings [s].
         leg_height: height of the vehicle on the ground [m].
+        start_height: where it hovers at first, if it has not stood on the ground before [m]; the sonar knows
+            better.
     """
 
-    def __init__(self, period: float, leg_height: float) -> None:
+    def __init__(self, period: float, leg_height: float, start_height: float) -> None:
         self._period = period
         self._leg_height = leg_height
+        self._start_height = start_height
         self._axes = (AxisFilter(), AxisFilter(), AxisFilter())
         self._landmarks = Landmarks()
         self._before: Array | None = None
@@ -69,6 +72,9 @@ class OwnMotion:
             has_landmarks: whether its neighbours hold their places.
         """
         imu, optic_flow, sonar = readings.imu, readings.optic_flow, readings.sonar
+        if self._before is None:  # the vehicle starts in the air
+            is_seen = math.isfinite(sonar.range)
+            self._axes[2].reset(sonar.range if is_seen else self._start_height)
         self.R_NB = rotation_matrix(imu.q_NB)
         # The force of the interval, in the body frame as it is at its end, turned with the mean attitude.
         mean = self.R_NB if self._before is None else 0.5 * (self._before + self.R_NB)

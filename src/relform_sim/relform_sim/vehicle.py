@@ -71,7 +71,7 @@ class Vehicle:
         streams = Streams(seed, index)
         start = start_poses(config, seed)[name]
         self._plant = Plant(
-            draw_body(config.true_vehicle, streams[Stream.PLANT], has_ground=config.ground is not None),
+            draw_body(config.true_vehicle, streams[Stream.PLANT], has_ground=config.landing is not None),
             step=config.plant.step,
             rotor_time_constant=config.true_vehicle.rotor_time_constant,
             rotor_speed=config.vehicle.hover_speed if config.ground is None else 0.0,
@@ -83,10 +83,11 @@ class Vehicle:
         self._onboard = Onboard(
             config.vehicle,
             config.controller.period,
-            config.ground,
+            config.landing,
             height,
             config.separation,
             config.geofence,
+            is_airborne=config.ground is None,
         )
         self._contact = GroundContact(name, config.vehicle.leg_height)
         self._applied: deque[Array] = deque(maxlen=ACKNOWLEDGED_INTERVALS)
@@ -157,7 +158,7 @@ class Vehicle:
                 stamp_ns, self._period_ns, np.array(self._applied), self._onboard.flown_stamp_ns
             )
             self._link.up.send(stamp_ns, (APPLIED_ROTOR_SPEEDS, report))
-        if self._config.ground is not None:
+        if self._config.landing is not None:
             status = FlightStatus(stamp_ns, self.mode, self._onboard.reason)
             self._link.up.send(stamp_ns, (FLIGHT_STATUS, status))
         return VehicleMeasurements.collect(self._link.up.deliver(stamp_ns))
@@ -165,7 +166,7 @@ class Vehicle:
     def fault(self, step: int, ground_truth: Mapping[str, Odometry]) -> str | None:
         """Why this vehicle cannot continue, in one line, or None. Arguments and errors as ``measure``."""
         self._check_instant(step, ground_truth)
-        may_land = self._config.ground is not None
+        may_land = self._config.landing is not None
         fault = find_fault(self._limits, self._name, ground_truth, self._obstacles, may_land=may_land)
         return fault or self._contact.fault
 

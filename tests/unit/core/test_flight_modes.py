@@ -9,6 +9,7 @@ from relform_core.flight_modes import ALLOWED, TeamMode, TeamRequest, refusal
 TAKEN = {
     TeamMode.IDLE: {"take_off", "emergency_stop"},
     TeamMode.TAKING_OFF: {"emergency_land", "emergency_stop"},
+    TeamMode.TAKING_OVER: {"emergency_land", "emergency_stop"},
     TeamMode.HOVERING: {
         "start", "hover", "go_to", "follow_trajectory", "set_formation", "land", "emergency_land",
         "emergency_stop",

@@ -46,7 +46,7 @@ def moved(motion: OwnMotion, measured: Readings, steps: int = 1, *, has_landmark
 def test_a_climb_is_known_within_the_noise_of_the_sensors(seed: int) -> None:
     """5 s of known acceleration: flow and accelerometer leave 6 cm of place, and the sonar 1 cm of height."""
     generator = np.random.default_rng(seed)
-    motion = OwnMotion(PERIOD, 0.1)
+    motion = OwnMotion(PERIOD, 0.1, 1.7)
     motion.rest(readings(np.zeros(3), np.zeros(3), 0.1))
     p, v = np.array([0.0, 0.0, 0.1]), np.zeros(3)
     for step in range(100):
@@ -59,7 +59,7 @@ def test_a_climb_is_known_within_the_noise_of_the_sensors(seed: int) -> None:
 
 
 def test_exact_readings_give_the_exact_motion() -> None:
-    motion = OwnMotion(PERIOD, 0.5)
+    motion = OwnMotion(PERIOD, 0.5, 1.7)
     motion.rest(readings(np.zeros(3), np.zeros(3), 0.5))
     a = np.array([0.2, -0.1, 0.3])
     for step in range(1, 21):
@@ -70,12 +70,19 @@ def test_exact_readings_give_the_exact_motion() -> None:
 
 
 def test_no_range_says_that_the_vehicle_is_low_but_not_below_the_ground() -> None:
-    motion = OwnMotion(PERIOD, 0.1)
+    motion = OwnMotion(PERIOD, 0.1, 1.7)
     motion.rest(readings(np.zeros(3), np.zeros(3), 0.1))
     moved(motion, readings([0.0, 0.0, 0.5], [0.0, 0.0, 0.0], 0.1), steps=60)  # climbs, by the flow alone
     assert motion.p_N[2] < SONAR_MIN + 0.05
     moved(motion, readings([0.0, 0.0, -0.5], [0.0, 0.0, 0.0], 0.1), steps=60)
     assert motion.p_N[2] > 0.1 - 0.05
+
+
+def test_a_vehicle_that_starts_in_the_air_knows_its_height() -> None:
+    seen, unseen = OwnMotion(PERIOD, 0.1, 1.7), OwnMotion(PERIOD, 0.1, 1.7)
+    moved(seen, readings(np.zeros(3), np.zeros(3), 2.3))
+    moved(unseen, readings(np.zeros(3), np.zeros(3), math.inf))
+    assert (seen.p_N[2], unseen.p_N[2]) == pytest.approx((2.3, 1.7))
 
 
 def sight(p_B: Any) -> RangeBearing:
@@ -99,14 +106,14 @@ def test_a_landmark_tells_how_far_the_vehicle_has_drifted(kind: str) -> None:
             more = {"place_N": np.array([5.0 + x, 6.0, 0.1])}
         return readings(np.zeros(3), np.zeros(3), 0.1, **more)
 
-    motion = OwnMotion(PERIOD, 0.1)
+    motion = OwnMotion(PERIOD, 0.1, 1.7)
     motion.rest(at(0.0))
     moved(motion, at(0.2), steps=200, has_landmarks=True)
     assert motion.p_N[:2] == pytest.approx([0.2, 0.0], abs=0.03)
 
 
 def test_a_landmark_that_moves_away_is_ignored() -> None:
-    motion = OwnMotion(PERIOD, 0.1)
+    motion = OwnMotion(PERIOD, 0.1, 1.7)
     motion.rest(readings(np.zeros(3), np.zeros(3), 0.1, sights=sees([1.0, 0.5, 0.3])))
     gone = readings(np.zeros(3), np.zeros(3), 0.1, sights=sees([1.5, 0.5, 0.3]))
     moved(motion, gone, steps=100, has_landmarks=True)
@@ -115,7 +122,7 @@ def test_a_landmark_that_moves_away_is_ignored() -> None:
 
 def test_landmarks_are_found_again_after_the_team_has_moved() -> None:
     """They are where they are when the team stops, whatever the estimated place has become."""
-    motion = OwnMotion(PERIOD, 0.1)
+    motion = OwnMotion(PERIOD, 0.1, 1.7)
     motion.rest(readings(np.zeros(3), np.zeros(3), 0.1, sights=sees([1.0, 0.5, 0.3])))
     elsewhere = readings(np.zeros(3), np.zeros(3), 2.0, sights=sees([-2.0, 1.0, 0.3]))
     moved(motion, elsewhere, has_landmarks=False)

@@ -31,6 +31,7 @@ from relform_core.telemetry import (
     PerStep,
     RequestMade,
     SolverReport,
+    TakenOver,
     TeamReference,
     TeamState,
     TeamStatus,
@@ -161,6 +162,8 @@ class FlightLogBuilder:
                 self._changes.append(LogEntry(event.stamp_ns, source, f"set {words}"))
             case RequestMade(request, _):
                 self._changes.append(LogEntry(event.stamp_ns, source, f"request: {request.value}"))
+            case TakenOver():
+                self._changes.append(LogEntry(event.stamp_ns, source, "takes the team over"))
             case FormationSet(formation):
                 self._changes.append(LogEntry(event.stamp_ns, source, _formation_in_words(formation)))
 

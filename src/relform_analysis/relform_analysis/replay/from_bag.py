@@ -19,7 +19,15 @@ from relform_core.measurements import TeamMeasurements, VehicleMeasurements
 from relform_core.names import ROTOR_SPEEDS, vehicle_topic
 from relform_core.roster import Controller, Roster
 from relform_core.scenario_config import ScenarioConfig
-from relform_core.telemetry import Event, FormationSet, ParametersSet, PerStep, RequestMade, StepDecided
+from relform_core.telemetry import (
+    Event,
+    FormationSet,
+    ParametersSet,
+    PerStep,
+    RequestMade,
+    StepDecided,
+    TakenOver,
+)
 from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_ros.commands import rotor_command_from_msg
 from relform_ros.events import event_from_msg
@@ -65,6 +73,7 @@ class _Recording:
         self._decided: dict[int, StepDecided] = {}
         self._formations: dict[int, FormationSet] = {}
         self._parameters: dict[int, ParametersSet] = {}
+        self._taken_over: set[int] = set()
         self._requests: defaultdict[int, list[RequestMade]] = defaultdict(list)
         self._sources = {
             vehicle_topic(vehicle, source.name): (vehicle, source)
@@ -150,6 +159,7 @@ class _Recording:
                 )
                 for vehicle, topic in self._answers(step).items()
             },
+            step in self._taken_over,
         )
 
     def _first(self, topic: str, stamp_ns: int, read: Callable[[Any], Any]) -> Any:
@@ -179,6 +189,8 @@ class _Recording:
                 self._requests[event.step].append(request)
             case StepDecided() as decided:
                 self._decided[event.step] = decided
+            case TakenOver():
+                self._taken_over.add(event.step)
 
     def _stamp_ns(self, step: int) -> int:
         return step * self._config.period_ns

@@ -39,6 +39,8 @@ class RecordedStep:
     sqp_steps: int
     commands: Mapping[str, RotorCommand]
     """By vehicle; empty while the controller waited for its first measurements."""
+    is_taken_over: bool = False
+    """Whether this is the first step of a controller that was started in flight."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,10 @@ def replay(flight: RecordedFlight, scenario: LoadedScenario, log: FlightLogBuild
         controller = make_controller(scenario.config)
         values = LiveControllerValues.from_scenario(scenario, controller.check_formation)
         for step in flight.steps:
+            if step.is_taken_over:
+                controller = make_controller(scenario.config)
+                controller.resume()
+                values = LiveControllerValues.from_scenario(scenario, controller.check_formation)
             if isinstance(controller, FlightDirector):
                 for request in step.requests:
                     controller.request(request)

@@ -7,9 +7,13 @@ from relform_core.controller_config import RawEstimatorConfig
 from relform_core.scenario_config import ScenarioConfig
 
 
-def make_estimator(config: ScenarioConfig) -> Estimator:
-    """The estimator that a scenario asks for, new."""
+def make_estimator(config: ScenarioConfig, *, is_at_rest: bool = True) -> Estimator:
+    """The estimator that a scenario asks for, new.
+
+    Args:
+        is_at_rest: whether the vehicles hover at its first update; else they may move in any way.
+    """
     controller = config.controller
     if isinstance(controller.estimator, RawEstimatorConfig):
         return RawEstimator(config.team.vehicles, controller.relative_yaw_std_max, controller.period)
-    return TeamEstimator(config)
+    return TeamEstimator(config, is_at_rest=is_at_rest)

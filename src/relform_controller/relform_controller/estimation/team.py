@@ -79,11 +79,14 @@ class TeamEstimator:
     Args:
         config: the scenario; of the vehicles the nominal values only.
         team_filter: None: the compiled one, if there is a compiler.
+        is_at_rest: whether the vehicles hover at the first update; else they may move in any way.
     """
 
     estimates_disturbances = True
 
-    def __init__(self, config: ScenarioConfig, team_filter: TeamFilter | None = None) -> None:
+    def __init__(
+        self, config: ScenarioConfig, team_filter: TeamFilter | None = None, *, is_at_rest: bool = True
+    ) -> None:
         self._vehicles = config.team.vehicles
         self._period_ns = config.period_ns
         self._body = RigidBody.from_config(config.vehicle)
@@ -101,9 +104,11 @@ class TeamEstimator:
         """As it was at the last update."""
         candidates = CANDIDATES if self._options.finds_rotor_lag else ()
         self._lag_finder = LagFinder(self._body, config.vehicle.rotor_time_constant, candidates)
-        self._noise, first = team_noise.ProcessNoise(), team_noise.START
-        if not self._options.estimates_inertia:
-            self._noise, first = team_noise.NOISE_OF_NOMINAL_INERTIA, team_noise.START_OF_NOMINAL_INERTIA
+        has_nominal_inertia = not self._options.estimates_inertia
+        self._noise = (
+            team_noise.NOISE_OF_NOMINAL_INERTIA if has_nominal_inertia else team_noise.ProcessNoise()
+        )
+        first = team_noise.first_belief(is_at_rest=is_at_rest, has_nominal_inertia=has_nominal_inertia)
         self._builder = ObservationBuilder(self._vehicles, config.sensors.of(SONAR).range_std)
         yaw_std_max = config.controller.relative_yaw_std_max
         self._start = TeamStart(self._vehicles, self._filter, self._builder, self._hover, yaw_std_max, first)

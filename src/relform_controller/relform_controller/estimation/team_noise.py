@@ -84,6 +84,14 @@ def per_state(
     return deviations
 
 
+def first_belief(*, is_at_rest: bool, has_nominal_inertia: bool) -> Array:
+    """Standard deviations of a vehicle's state before any measurement, shape (19,)."""
+    deviations = (START if is_at_rest else IN_FLIGHT).copy()
+    if has_nominal_inertia:
+        deviations[team_model.INERTIA_SCALE] = NOMINAL_INERTIA_STD
+    return deviations
+
+
 def doubted(difference: Array) -> Array:
     """Deviations of one standard deviation each, as columns, for vehicles that move in one of two ways.
 
@@ -111,9 +119,19 @@ START = per_state(
 )
 """Of the first belief, before any measurement; the vehicles are level and at rest. Poses are known by
 measurements alone: these are large beside their errors."""
+IN_FLIGHT = per_state(
+    position=10.0,
+    velocity=5.0,
+    tilt=0.5,
+    yaw=3.0,
+    rate=2.0,
+    disturbance=0.5,
+    thrust_scale=0.05,
+    inertia_scale=0.05,
+)
+"""Likewise of vehicles that have flown before, in any motion."""
 NOISE_OF_NOMINAL_INERTIA = ProcessNoise(rate=2e-3, inertia=0.06)
-START_OF_NOMINAL_INERTIA = START.copy()
-START_OF_NOMINAL_INERTIA[team_model.INERTIA_SCALE] = 1e-6
+NOMINAL_INERTIA_STD = 1e-6
 """For a filter that takes the nominal moments of inertia as they are: their error is process noise."""
 HOVERED = per_state(position=0.05, velocity=(0.02, 0.02, 0.08), tilt=0.05, yaw=0.05, rate=0.1)
 """Of what vehicles that hover on their own sensors do, meanwhile: the noise of the optic flow moves them up

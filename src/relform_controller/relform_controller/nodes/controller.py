@@ -41,6 +41,7 @@ from relform_core.telemetry import (
     SeparationReport,
     Standby,
     StepDecided,
+    TakenOver,
 )
 from relform_msgs.msg import FormationEvent
 from relform_ros.commands import check_period, rotor_command_to_msg
@@ -116,7 +117,11 @@ class ControllerNode:
                 is over too early.
             StopRequestedError: by a signal.
         """
+        is_first = True
         async for step in self._pacing.steps():
+            if is_first and self._pacing.joined_late:
+                self._take_over(step)
+            is_first = False
             gathered = await self._pacing.gather(step)
             is_over = step == self._n_steps or gathered.faulty
             decision = None if is_over else self._decide(step, gathered.messages)
@@ -127,6 +132,13 @@ class ControllerNode:
                 self._parameters.follow(by_formation_key(self._controller.formation))
                 self._publish_telemetry(decision, _stamps(gathered.messages))
                 self._controller.prepare_next()
+
+    def _take_over(self, step: int) -> None:
+        """Go on with a team in flight, which another process has controlled before."""
+        print(f"{self._me.node}: takes the team over in step {step}", file=sys.stderr)
+        self._controller.resume()
+        self._next_step = step
+        self._pacing.publish(self._me.events, self._event(step, TakenOver()))
 
     def _read(self, vehicle: str, its_wire: Wire, msg: Any) -> Any:
         """A measurement; raises RejectionError if it cannot be used."""
@@ -215,7 +227,7 @@ class ControllerNode:
     def _event(
         self,
         step: int,
-        content: StepDecided | FormationSet | ParametersSet | RequestMade | AlarmRaised,
+        content: StepDecided | FormationSet | ParametersSet | RequestMade | AlarmRaised | TakenOver,
         source: str | None = None,
     ) -> FormationEvent:
         event = PerStep(step, step * self._period_ns, Event(source or self._me.node, content))

@@ -44,6 +44,8 @@ class FormationSchedule:
         """Where the team stays; None: it has started."""
         self._yaws: YawRamp | None = None
         """Of all vehicles relative to the leader; None: the team started with equal yaws."""
+        self._formed_up_ns = 0
+        """Instant at which the team began to form up."""
 
     def hold(self, poses: StartPoses) -> None:
         """Stay at these poses until the first control step, from which the team forms up."""
@@ -132,14 +134,15 @@ class FormationSchedule:
     def reference(self, stamps_ns: Integers) -> Array:
         """What to track at these instants [ns], a new formation blended in; shape (pair, instant, 3)."""
         p_B1B2_C0 = self._reference.at(self._since_change(stamps_ns))
-        since_start = stamps_ns / self._config.period_ns * self._config.controller.period
+        periods = (stamps_ns - self._formed_up_ns) / self._config.period_ns
+        since_start = periods * self._config.controller.period
         if self._yaws is None or self._yaws.is_over(since_start.min()):
             return p_B1B2_C0
         return seen_by_turned(p_B1B2_C0, self._yaws.at(since_start)[self._observers])
 
     def _form_up(self, stamp_ns: int, poses: StartPoses, formation: Mapping[str, Vector3]) -> None:
         self._begin(stamp_ns, formation, None)
-        self._yaws = YawRamp.to_zero(poses.yaws)
+        self._yaws, self._formed_up_ns = YawRamp.to_zero(poses.yaws), stamp_ns
         if problem := self._changes.problem(self._places, stamp_ns // self._config.period_ns):
             raise FlightError(f"the team cannot form up from where it is: {problem}")
 

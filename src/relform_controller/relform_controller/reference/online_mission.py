@@ -137,10 +137,20 @@ class OnlineMission:
         state = self._state()
         stop = Transfer.to_rest(state, self._limits)
         place = stop.at(np.array([stop.duration])).p_NB_N[0]
-        formations = self._schedule.from_next_step_on()
-        lowest = min(0.0, *(up for formation in formations for _, _, up in formation.values()))
-        place[2] = min(place[2], height - lowest)
+        place[2] = min(place[2], height - self._lowest_place())
         self._begin(Transfer(state, place, state.yaw_NB, self._limits), DESCEND)
+
+    def rise(self, height: float) -> None:
+        """From rest, climb until the lowest vehicle is at a height above the ground [m]; never sink."""
+        state = self._state()
+        place = state.p_NB_N.copy()
+        place[2] = max(place[2], height - self._lowest_place())
+        self._begin(Transfer(state, place, state.yaw_NB, self._limits), HOVER)
+
+    def _lowest_place(self) -> float:
+        """Height of the lowest vehicle above the leader, now or after a change of formation; <= 0 [m]."""
+        formations = self._schedule.from_next_step_on()
+        return min(0.0, *(up for formation in formations for _, _, up in formation.values()))
 
     def follow_trajectory(self, rows: Array) -> None:
         """Take the leader along a trajectory, and stay at its end.

@@ -23,6 +23,7 @@ from relform_core.telemetry import (
     PerStep,
     RequestMade,
     SolverReport,
+    TakenOver,
     TeamReference,
     TeamState,
     TeamStatus,
@@ -154,6 +155,8 @@ class FlightData:
                 self.note(event.stamp_ns, f"{source}: {values}")
             case RequestMade(request):
                 self.note(event.stamp_ns, f"{request.value.replace('_', ' ')} requested")
+            case TakenOver():
+                self.note(event.stamp_ns, f"{source} takes the team over", Severity.WARNING)
             case FaultReported(description) | AlarmRaised(description):
                 self.note(event.stamp_ns, f"{source}: {description}", Severity.ERROR)
 

@@ -3,6 +3,7 @@
 Its exit codes are those of ``relform_core.exit_codes.NodeExit``.
 """
 
+import sys
 import time
 from collections.abc import Callable
 from functools import partial
@@ -15,7 +16,15 @@ from rosgraph_msgs.msg import Clock
 
 from relform_core.errors import FlightError
 from relform_core.exit_codes import NodeExit
-from relform_core.names import CLOCK, CLOCK_NODE, DIAGNOSTICS, split_node_name, step_done_topic, vehicle_node
+from relform_core.names import (
+    CLOCK,
+    CLOCK_NODE,
+    DIAGNOSTICS,
+    MEMBERS,
+    split_node_name,
+    step_done_topic,
+    vehicle_node,
+)
 from relform_core.nodes_config import NodeParameters
 from relform_core.roster import Roster
 from relform_msgs.msg import StepDone
@@ -25,6 +34,8 @@ from relform_ros.discovery import DISCOVERY_POLL_S, check_name, discover
 from relform_ros.endpoints import Endpoints
 from relform_ros.fields import stamp_to_msg
 from relform_ros.flight_pacing import configuration_of
+from relform_ros.member_changes import change_to_msg
+from relform_ros.membership import MemberChange, Verdict
 from relform_ros.metronome import Metronome
 from relform_ros.parameters import read_described, read_observers, read_scenario
 from relform_ros.run_node import run_node
@@ -55,7 +66,13 @@ class ClockServer:
             self._endpoints.subscribe(step_done_topic(member), partial(self._on_step_done, member))
         make_barrier: Callable[..., Barrier] = Barrier
         if config.real_time is not None:
-            make_barrier = partial(Metronome, world=map(vehicle_node, roster.vehicles))
+            controllers = [controller.node for controller in roster.controllers]
+            make_barrier = partial(
+                Metronome,
+                world=map(vehicle_node, roster.vehicles),
+                controllers=controllers,
+                replaceable=(*controllers, *roster.observers),
+            )
         self._barrier = make_barrier(
             self._members,
             roster.observers,
@@ -95,7 +112,16 @@ class ClockServer:
                 report = self._diagnostics.report(stamp_ns, self._barrier.report())
                 self._endpoints.publish(DIAGNOSTICS, report)
             await until_instant(self._barrier.due())
-            await until(self._barrier.complete)
+            await until(self._may_tick)
+
+    def _may_tick(self) -> bool:
+        """Whether the next step may begin; publishes meanwhile who joins."""
+        is_complete = self._barrier.complete()
+        for change in self._barrier.take_changes():
+            msg = change_to_msg(change, change.step * self._config.period_ns)
+            self._endpoints.publish(MEMBERS, msg)
+            print(f"{self._name}: step {change.step}: {_in_words(change)}", file=sys.stderr)
+        return is_complete
 
     async def _unresponsive(self) -> list[str]:
         """The members that do not answer a request for a parameter."""
@@ -117,6 +143,11 @@ class ClockServer:
 
     def _on_step_done(self, member: str, msg: StepDone) -> None:
         self._barrier.add(done_from_msg(msg, member))
+
+
+def _in_words(change: MemberChange) -> str:
+    verb = "admitted" if change.verdict is Verdict.ADMITTED else "refused"
+    return f"{verb} another process as {change.node}: {change.reason}"
 
 
 def create_clock() -> Node:

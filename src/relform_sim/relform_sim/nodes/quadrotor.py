@@ -7,6 +7,7 @@ import rclpy
 from rclpy.node import Node
 
 from relform_core.errors import ConfigError
+from relform_core.flight_modes import ON_THE_GROUND
 from relform_core.live_values import live_vehicle_values
 from relform_core.load import LoadedScenario
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
@@ -74,7 +75,8 @@ class Quadrotor:
             fault = self._vehicle.fault(step, ground_truth) or ""
             if fault:
                 self._publish_event(step, FaultReported(fault))
-            self._pacing.done(step, fault, report=lambda: vars(self._vehicle.counts))
+            rests = self._vehicle.mode in ON_THE_GROUND
+            self._pacing.done(step, fault, report=lambda: vars(self._vehicle.counts), rests=rests)
 
     def _command(self, msg: RotorSpeeds) -> RotorCommand:
         """A command; raises RejectionError if it cannot be used."""
