@@ -15,7 +15,7 @@ from relform_analysis.flight.simulate import fly_in_process
 from relform_bags.reader import BagMessage, read_bag
 from relform_bags.recover import recover_bag
 from relform_core.load import LoadedScenario
-from relform_core.names import RECORDER_NODE
+from relform_core.names import MEMBERS, RECORDER_NODE
 from relform_core.roster import Roster
 from relform_ros.topics import topic_table
 from support.full_disk import complete_before_ns, tiny_disk
@@ -90,6 +90,8 @@ def test_every_message_at_its_step(recorded: tuple[LoadedScenario, Path]) -> Non
             assert steps[name] == [0, 0, *everything]  # JOINED and READY are sent at time 0
         elif last in {"rotor_speeds", "state", "solver", "reference", "events"}:
             assert steps[name] == decided, name
+        elif name == MEMBERS:
+            assert steps[name] == [], "nobody has joined the running flight"
         else:
             assert steps[name] == everything, name
     assert steps["/diagnostics"]

@@ -35,6 +35,7 @@ class ScriptedPacing:
     """Steps without a clock, without waiting and without other nodes: each has the messages of a script."""
 
     readable: tuple[Topic, ...] = ()
+    joined_late = False
 
     def __init__(self, script: Script) -> None:
         self._script = script
@@ -75,8 +76,11 @@ class ScriptedPacing:
         fault: str = "",
         promised: Iterable[str] = (),
         report: Callable[[], Mapping[str, object]] = dict,
+        *,
+        rests: bool = False,
     ) -> None:
         assert not fault
+        assert not rests
         self.finished.append(step)
 
     async def leave(self) -> None:

@@ -286,7 +286,7 @@ NAN, INF = math.nan, math.inf
         ("solver", "status = 3", Reason.INVALID, "status must be one of 0 (SOLVED), 1 (STEP_LIMIT), 2 (FALL"),
         ("solver", "prepare_time = nan", Reason.INVALID, "prepare_time must be finite"),
         ("solver", "feedback_time = inf", Reason.INVALID, "feedback_time must be finite"),
-        ("step", "kind = 6", Reason.INVALID, "kind must be one of 0 (STEP), 1 (SET_FORMATION), 2 (FAULT), 3"),
+        ("step", "kind = 99", Reason.INVALID, "kind must be one of 0 (STEP), 1 (SET_FORMATION), 2 (FAULT)"),
         (
             "step",
             "input_topics = []",

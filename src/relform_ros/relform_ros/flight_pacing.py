@@ -81,7 +81,8 @@ class FlightPacing(ABC):
         self._newest_tick = -1
         self._first_tick = -1
         """The first step that this node has heard of; -1: none."""
-        self._process = secrets.randbits(PROCESS_BITS)
+        self._process = 0 if config.real_time is None else secrets.randbits(PROCESS_BITS)
+        """See ``Done.process``; in lock-step, where no process is replaced, messages are always the same."""
         self._observers = roster.observers
         self._is_admitted = False
         """Whether the clock has let this process join the running flight."""
@@ -266,12 +267,13 @@ class FlightPacing(ABC):
     def _take_change(self, change: MemberChange) -> None:
         """The clock has decided on this process, or on another one of this name."""
         is_own = change.process == self._process
-        if is_own and change.verdict is Verdict.REFUSED:
-            self._shut_out = f"refused in step {change.step}: {change.reason}"
-        elif is_own:
-            self._is_admitted = True
-        elif self._takes_part and change.verdict is Verdict.ADMITTED:
-            self._shut_out = f"another process is {self._name} since step {change.step}: {change.reason}"
+        match change.verdict:
+            case Verdict.REFUSED if is_own and not self._takes_part:  # in lock-step all have the same number
+                self._shut_out = f"refused in step {change.step}: {change.reason}"
+            case Verdict.ADMITTED if is_own:
+                self._is_admitted = True
+            case Verdict.ADMITTED if self._takes_part:
+                self._shut_out = f"another process is {self._name} since step {change.step}: {change.reason}"
 
     def _on_step_done(self, member: str, msg: StepDone) -> None:
         self._take_done(done_from_msg(msg, member))

@@ -37,7 +37,7 @@ class Done:
     configuration: str = ""
     """What must be equal on all nodes; set when a node joins."""
     process: int = 0
-    """A number that no other process of this name has; set when a node joins."""
+    """A number that no other process of this name has, set when a node joins; 0 in lock-step."""
     rests: bool = False
     """Whether the node is a vehicle on the ground with its motors off or idle."""
 

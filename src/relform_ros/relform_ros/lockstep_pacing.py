@@ -5,6 +5,7 @@ from collections.abc import AsyncIterator, Callable, Iterable
 from rclpy.node import Node
 
 from relform_core.load import LoadedScenario
+from relform_core.names import MEMBERS
 from relform_core.roster import Roster
 from relform_ros.flight_pacing import FlightPacing, Keep
 from relform_ros.lockstep import Announcements, Done, StepInbox
@@ -17,7 +18,8 @@ class LockstepPacing(FlightPacing):
     """Waits for the ticks of the clock and for all messages of a step; implements ``Pacing``.
 
     Some writers report the end of their steps to this node: the messages that they list are due in that step.
-    On all other topics one message is due, with the stamp of the step.
+    On all other topics one message is due, with the stamp of the step; of the clock's decisions on nodes, which
+    come at any time, none is.
 
     Raises:
         ConfigError: the node is no member of the flight.
@@ -51,7 +53,10 @@ class LockstepPacing(FlightPacing):
     async def gather(self, step: int, topics: Iterable[str] | None = None) -> Gathered:
         """See ``Pacing``."""
         topics = tuple(self._inboxes if topics is None else topics)
-        due = {topic: {step * self._period_ns: 1} for topic in topics if topic not in self._announced}
+        due: dict[str, dict[int, int]] = {MEMBERS: {}} if MEMBERS in topics else {}
+        due |= {
+            topic: {step * self._period_ns: 1} for topic in topics if topic not in {*self._announced, MEMBERS}
+        }
         announced, faulty = self._announced.intersection(topics), False
         if announced:
             due |= await self._wait_for_announcements(step, announced)

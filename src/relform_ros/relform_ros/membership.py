@@ -83,7 +83,7 @@ class Membership:
             return before not in (0, done.process)
         if (waiting := self._waiting.get(done.node)) is not None and waiting.process != done.process:
             self._decide(Verdict.REFUSED, done, step, f"another process waits to become {done.node}")
-        elif done.process != before:
+        elif done.process != before or before == 0:
             if done.node not in self._replaceable:
                 self._decide(Verdict.REFUSED, done, step, "the flight runs, and goes on without this process")
             elif done.configuration != self._configuration:
