@@ -18,8 +18,8 @@ class LockstepPacing(FlightPacing):
     """Waits for the ticks of the clock and for all messages of a step; implements ``Pacing``.
 
     Some writers report the end of their steps to this node: the messages that they list are due in that step.
-    On all other topics one message is due, with the stamp of the step; of the clock's decisions on nodes, which
-    come at any time, none is.
+    On all other topics one message is due, with the stamp of the step; but none of the clock's decisions on
+    nodes, which come at any time.
 
     Raises:
         ConfigError: the node is no member of the flight.
