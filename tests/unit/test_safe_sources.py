@@ -61,8 +61,7 @@ def problems_of(path: Path) -> Iterator[str]:
         is_unsafe = {
             "runs text": name in ("eval", "exec") and not owner and str(path) not in EVALUATES,
             "reads YAML with any tag": name == "YAML" and given(call, "typ") != "safe",
-            "reads YAML by PyYAML": owner == "yaml"
-            and name in ("load", "load_all", "unsafe_load", "full_load"),
+            "reads YAML with any tag by PyYAML": has_pyyaml and owner == "yaml" and name in PYYAML_LOADS,
             "runs a shell": given(call, "shell") is True or (owner == "os" and name in ("system", "popen")),
             "unpickles": owner == "np" and name == "load" and given(call, "allow_pickle") is not False,
         }
