@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from relform_core.links_config import Delay
 from relform_core.schema import Name, NonNegative, Positive, Probability, Schema, Vector3
 from relform_core.sensors.registry import SENSORS
-from relform_core.units import DEGREES
+from relform_core.units import DEGREES, PERCENT
 
 if TYPE_CHECKING:
     SensorName = str
@@ -44,12 +44,61 @@ class Wind(_Event):
     """The force in the world frame {n}."""
 
 
-class ThrustScale(_Event):
+class ThrustLoss(_Event):
+    """What changes the thrust of the rotors."""
+
+    def scale_at(self, time: float) -> float:
+        """Factor on thrust and torque of every rotor at a time [s]."""
+        return 1.0
+
+    @property
+    def rotor_scales(self) -> tuple[float, float, float, float]:
+        """A further one for the rotors front, left, back, right."""
+        return (1.0, 1.0, 1.0, 1.0)
+
+
+class ThrustScale(ThrustLoss):
     """Every rotor's thrust and torque is multiplied by a factor."""
 
     kind: Literal["thrust_scale"]
     scale: Annotated[float, Field(gt=0.0, le=2.0, examples=[0.9])]
     """The factor; 0.9 is a loss of ten percent."""
+
+    def scale_at(self, time: float) -> float:
+        """See ``ThrustLoss``."""
+        return self.scale
+
+
+class ThrustDecay(ThrustLoss):
+    """Every rotor's thrust and torque falls slowly, as with a battery that gets empty."""
+
+    kind: Literal["thrust_decay"]
+    rate: Annotated[float, Field(alias="rate_percent_s", gt=0.0, le=100.0, examples=[1.0]), PERCENT]
+    """How much of the full thrust is lost per second."""
+    floor: Annotated[float, Field(alias="floor_percent", gt=0.0, lt=100.0), PERCENT] = 50.0
+    """Part of the full thrust that always remains."""
+
+    def scale_at(self, time: float) -> float:
+        """See ``ThrustLoss``."""
+        return max(self.floor, 1.0 - self.rate * (time - self.start))
+
+
+class WeakRotor(ThrustLoss):
+    """One rotor's thrust and torque is multiplied by a factor."""
+
+    kind: Literal["weak_rotor"]
+    rotor: Annotated[Literal["front", "left", "back", "right"], Field(examples=["left"])]
+    """Which one."""
+    scale: Annotated[float, Field(ge=0.0, le=1.0, examples=[0.8])]
+    """The factor; 0.8 is a loss of twenty percent, 0 stops the rotor."""
+
+    @property
+    def rotor_scales(self) -> tuple[float, float, float, float]:
+        """See ``ThrustLoss``."""
+        front, left, back, right = (
+            self.scale if self.rotor == name else 1.0 for name in ("front", "left", "back", "right")
+        )
+        return front, left, back, right
 
 
 class Outliers(_Event):
@@ -113,6 +162,15 @@ class LinkFault(_Event):
 
 
 Event = Annotated[
-    Wind | ThrustScale | Outliers | Dropout | Occlusion | LocalizationJump | CommandLoss | LinkFault,
+    Wind
+    | ThrustScale
+    | ThrustDecay
+    | WeakRotor
+    | Outliers
+    | Dropout
+    | Occlusion
+    | LocalizationJump
+    | CommandLoss
+    | LinkFault,
     Field(discriminator="kind"),
 ]

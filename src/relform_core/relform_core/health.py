@@ -18,6 +18,8 @@ class Level(IntEnum):
     """Something that the node needs has not arrived yet."""
 
 
+THRUST_LOW_PERCENT = 85.0
+"""Below this part of its nominal thrust a vehicle warns."""
 BY_WEIGHT = (Level.OK, Level.WARN, Level.STALE, Level.ERROR)
 """The last one in this order is the level of several findings."""
 
@@ -72,7 +74,7 @@ class Health:
         values = {**values, "rejected messages": n_rejected}
         grown = {key: self._growth(key, value) for key, value in values.items()}
         self._before = values
-        findings = [*_of_counts(grown), *_of_solver(grown, values), *_of_controller(values)]
+        findings = [*_of_counts(grown), *_of_solver(grown, values), *_of_the_moment(values)]
         if n := grown["rejected messages"]:
             findings.append((Level.WARN, f"rejected messages: {n}, the last: {last_rejected}"))
         findings.sort(key=lambda finding: BY_WEIGHT.index(finding[0]), reverse=True)
@@ -103,8 +105,11 @@ def _of_solver(grown: Mapping[str, int], values: Mapping[str, object]) -> Iterat
         )
 
 
-def _of_controller(values: Mapping[str, object]) -> Iterator[Finding]:
+def _of_the_moment(values: Mapping[str, object]) -> Iterator[Finding]:
     """What holds at the moment."""
+    thrust = values.get("thrust_percent")
+    if isinstance(thrust, float) and thrust < THRUST_LOW_PERCENT:
+        yield Level.WARN, f"thrust {thrust:.0f} % of nominal"
     mode, reason = values.get("team.mode"), values.get("team.reason")
     if mode in ("failsafe", "stopped"):
         yield Level.ERROR, f"the team is in {mode}: {reason}"

@@ -3,11 +3,12 @@
 import math
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from relform_core.schema import Label, NonNegative, NonNegativeVector3, Positive, PositiveVector3, Schema
 from relform_core.units import DEGREES, GRAVITY, PERCENT, RPM, rad_s_to_rpm
 
+_PERCENT_OR_NONE = AfterValidator(lambda percent: None if percent is None else percent / 100.0)
 Tilt = Annotated[float, Field(gt=0.0, le=180.0), DEGREES]
 
 
@@ -64,6 +65,12 @@ class VehicleConfig(Schema):
     """A tilt beyond this is a fault, which ends the flight."""
     failsafe: FailsafeConfig
     """What the vehicle flies when no commands arrive."""
+    thrust_min: Annotated[
+        float | None, Field(alias="thrust_min_percent", gt=0.0, lt=100.0, examples=[62.0]), _PERCENT_OR_NONE
+    ] = None
+    """A vehicle that measures for two seconds that its rotors give less than this part of their nominal
+    thrust ends its flight: it sinks on its own sensors, and takes no more commands; null: it flies on. More
+    than the part with which it can just hover."""
 
     @property
     def separation_min(self) -> float:
@@ -79,6 +86,20 @@ class VehicleConfig(Schema):
     def hover_thrust(self) -> float:
         """Thrust of one rotor at which four rotors carry the nominal weight [N]."""
         return self.mass * GRAVITY / 4.0
+
+    @property
+    def hover_share(self) -> float:
+        """Part of the nominal thrust at full speed with which the vehicle can just hover."""
+        return (self.hover_speed / self.rotor_speed_max) ** 2
+
+    @model_validator(mode="after")
+    def _lands_in_time(self) -> Self:
+        if self.thrust_min is not None and self.thrust_min <= self.hover_share:
+            raise ValueError(
+                f"thrust_min_percent {100.0 * self.thrust_min:g} must be more than "
+                f"{100.0 * self.hover_share:.1f}, with which the vehicle can just hover"
+            )
+        return self
 
     @model_validator(mode="after")
     def _can_hover(self) -> Self:

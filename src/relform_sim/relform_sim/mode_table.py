@@ -16,6 +16,7 @@ class Happening(Enum):
     DOWN = "it is on the ground"
     NO_PLAN = "no command came, and the plan of the last one is over"
     SILENT = "no command came for too long"
+    WEAK = "its thrust is too weak to fly on"
 
 
 _M, _R, _H = VehicleMode, Request, Happening
@@ -57,8 +58,8 @@ REQUESTED: Mapping[VehicleMode, Mapping[Request, VehicleMode]] = {
 
 HAPPENED: Mapping[VehicleMode, Mapping[Happening, VehicleMode]] = {
     _M.TAKING_OFF: {_H.SILENT: _M.FAILSAFE, _H.UP: _M.HOVERING},
-    _M.HOVERING: {_H.SILENT: _M.FAILSAFE, _H.NO_PLAN: _M.FAILSAFE},
-    _M.FLYING: {_H.NO_PLAN: _M.FAILSAFE},
+    _M.HOVERING: {_H.WEAK: _M.FAILSAFE, _H.SILENT: _M.FAILSAFE, _H.NO_PLAN: _M.FAILSAFE},
+    _M.FLYING: {_H.WEAK: _M.FAILSAFE, _H.NO_PLAN: _M.FAILSAFE},
     _M.LANDING: {_H.DOWN: _M.IDLE},
     _M.FAILSAFE: {_H.DOWN: _M.STOPPED},
 }

@@ -10,7 +10,7 @@ typedef struct {
   double mass, inertia[3], arm_length, thrust_coefficient, torque_coefficient, drag_coefficient[3];
   double spread, length, stiffness, damping, grip, reach; /* of the legs; reach -INFINITY: there is no ground */
   double step, rotor_time_constant;
-  double rotor_speeds[N_ROTORS], commanded[N_ROTORS], wind_N[3], thrust_scale; /* of the interval */
+  double rotor_speeds[N_ROTORS], commanded[N_ROTORS], wind_N[3], thrust_scale, rotor_scales[N_ROTORS]; /* of the interval */
   double state[N_STATE];
 } Vehicle;
 
@@ -24,7 +24,7 @@ static Wrench wrench_after(const Vehicle *v, double time) {
     double speed = v->commanded[i];
     if (v->rotor_time_constant != 0.0)
       speed = speed + (v->rotor_speeds[i] - speed) * exp(-time / v->rotor_time_constant);
-    squares[i] = speed * speed;
+    squares[i] = v->rotor_scales[i] * (speed * speed);
   }
   const double c_T = v->thrust_scale * v->thrust_coefficient, c_Q = v->thrust_scale * v->torque_coefficient;
   const double d = v->arm_length, front = squares[0], left = squares[1], back = squares[2], right = squares[3];

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 
 from relform_core.schema import Vector3
 from relform_sim.integrate import State, rk4_step
-from relform_sim.rigid_body import Body, Wrench, lagged_speeds, rigid_body_rate, rotor_wrench
+from relform_sim.rigid_body import ALL_WHOLE, Body, Wrench, lagged_speeds, rigid_body_rate, rotor_wrench
 
 
 class Inputs(NamedTuple):
@@ -23,6 +23,8 @@ class Inputs(NamedTuple):
     """External force in the world frame [N]."""
     thrust_scale: float
     """Factor on thrust and torque of every rotor."""
+    rotor_scales: State = ALL_WHOLE
+    """A further one for each rotor."""
 
 
 class Motion(Protocol):
@@ -54,14 +56,14 @@ class ReferenceMotion:
 
     def after(self, n_steps: int, state: State, inputs: Inputs) -> State:
         """See ``Motion``."""
-        rotor_speeds, commanded, wind_N, thrust_scale = inputs
-        steady = rotor_wrench(self._body, commanded, thrust_scale)
+        rotor_speeds, commanded, wind_N, thrust_scale, rotor_scales = inputs
+        steady = rotor_wrench(self._body, commanded, thrust_scale, rotor_scales)
 
         def wrench(time: float) -> Wrench:
             if self._rotor_time_constant == 0.0:
                 return steady
             speeds = lagged_speeds(rotor_speeds, commanded, time, self._rotor_time_constant)
-            return rotor_wrench(self._body, speeds, thrust_scale)
+            return rotor_wrench(self._body, speeds, thrust_scale, rotor_scales)
 
         def rate(time: float, state: State) -> State:
             return rigid_body_rate(self._body, wrench(time), wind_N, state)

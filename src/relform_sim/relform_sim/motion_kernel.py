@@ -54,6 +54,7 @@ class _Vehicle(ctypes.Structure):
         ("commanded", ctypes.c_double * 4),
         ("wind_N", ctypes.c_double * 3),
         ("thrust_scale", ctypes.c_double),
+        ("rotor_scales", ctypes.c_double * 4),
         ("state", ctypes.c_double * 13),
     )
 
@@ -95,6 +96,7 @@ class CompiledMotion:
         vehicle.commanded[:] = inputs.commanded
         vehicle.wind_N[:] = inputs.wind_N
         vehicle.thrust_scale = inputs.thrust_scale
+        vehicle.rotor_scales[:] = inputs.rotor_scales
         self._advance(ctypes.byref(vehicle), n_steps)
         return tuple(vehicle.state)
 

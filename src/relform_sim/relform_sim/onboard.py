@@ -24,6 +24,7 @@ from relform_sim.failsafe import Failsafe
 from relform_sim.inbox import Inbox, planned_speeds
 from relform_sim.mode_table import Happening, ModeMachine
 from relform_sim.pilot import Guard, Pilot, Readings
+from relform_sim.thrust_meter import ThrustMeter
 from relform_sim.vertical_thrust import VerticalThrust
 
 
@@ -53,6 +54,7 @@ class OnboardCounts:
 
 _GUARDED = frozenset({VehicleMode.HOVERING, VehicleMode.FLYING, VehicleMode.FAILSAFE})
 """Modes in which guards act; vehicles that take off or land side by side do not evade each other."""
+_ON_THE_GROUND = frozenset({VehicleMode.IDLE, VehicleMode.ARMED, VehicleMode.STOPPED})
 _EVASION, _CEILING = "evasion", "ceiling"
 """Names of guards."""
 
@@ -102,6 +104,9 @@ class Onboard:
             self._guards[_EVASION] = Evasion(period, separation)
         if geofence is not None:
             self._guards[_CEILING] = Ceiling(geofence)
+        self._thrust_meter: ThrustMeter | None = None
+        if config.thrust_min is not None:
+            self._thrust_meter = ThrustMeter(config, period, config.thrust_min)
         self._vertical_thrust = VerticalThrust(config)
         self._readings: Readings | None = None
         """At the start of the present interval."""
@@ -127,6 +132,11 @@ class Onboard:
         """Why it is in its mode, or why it refuses the present request; for people."""
         return self._machine.reason
 
+    @property
+    def thrust_share(self) -> float | None:
+        """Measured thrust over nominal thrust; None: it is not watched."""
+        return None if self._thrust_meter is None else self._thrust_meter.share
+
     def set_limits(self, config: FailsafeConfig) -> None:
         """Apply other limits from the next interval on."""
         self._plan_max_ns = seconds_to_ns(config.plan_max)
@@ -148,6 +158,11 @@ class Onboard:
         self._readings = readings
         for guard in self._guards.values():
             guard.sense(readings)
+        if self._thrust_meter is not None:
+            if self.mode in _ON_THE_GROUND:
+                self._thrust_meter.reset()
+            else:
+                self._thrust_meter.sense(readings, self._applied)
         plan = self._inbox.newest_to_fly
         planned = None if plan is None else planned_speeds(plan, stamp_ns, self._plan_max_ns)
         self._change_mode(stamp_ns, has_plan=planned is not None)
@@ -219,6 +234,9 @@ class Onboard:
         request = None
         if newest is not None and not is_silent and (has_plan or not wants_to_fly):
             request = newest.request
+        is_weak = self._thrust_meter is not None and self._thrust_meter.is_weak
+        if is_weak and request in (Request.FLY, Request.HOVER):
+            request = None
         if self._inbox.asks_to_stop and self.mode is not VehicleMode.STOPPED:
             request = Request.STOP
         is_so = {
@@ -226,6 +244,7 @@ class Onboard:
             Happening.DOWN: self._pilot.is_down,
             Happening.NO_PLAN: lacks_plan,
             Happening.SILENT: is_silent,
+            Happening.WEAK: is_weak,
         }
         happenings = frozenset(happening for happening in Happening if is_so[happening])
         self.counts.refused += not self._machine.step(request, happenings)

@@ -10,7 +10,14 @@ from relform_sim.contact import touches
 from relform_sim.integrate import State
 from relform_sim.motion import Inputs
 from relform_sim.motion_kernel import make_motion
-from relform_sim.rigid_body import Body, lagged_speeds, rigid_body_rate, rotation_rows, rotor_wrench
+from relform_sim.rigid_body import (
+    ALL_WHOLE,
+    Body,
+    lagged_speeds,
+    rigid_body_rate,
+    rotation_rows,
+    rotor_wrench,
+)
 
 NO_WIND: Vector3 = (0.0, 0.0, 0.0)
 
@@ -47,7 +54,13 @@ class Plant:
         """Of the last interval."""
 
     def advance(
-        self, commanded: State, duration: float, *, wind_N: Vector3 = NO_WIND, thrust_scale: float = 1.0
+        self,
+        commanded: State,
+        duration: float,
+        *,
+        wind_N: Vector3 = NO_WIND,
+        thrust_scale: float = 1.0,
+        rotor_scales: State = ALL_WHOLE,
     ) -> None:
         """Integrate over ``duration`` [s], a multiple of the step, with all inputs constant.
 
@@ -55,8 +68,9 @@ class Plant:
             commanded: rotor speeds front, left, back, right [rad/s].
             wind_N: external force in the world frame [N].
             thrust_scale: factor on thrust and torque of every rotor.
+            rotor_scales: a further one for each rotor.
         """
-        self._inputs = Inputs(self._rotor_speeds, commanded, wind_N, thrust_scale)
+        self._inputs = Inputs(self._rotor_speeds, commanded, wind_N, thrust_scale, rotor_scales)
         self._state = self._motion.after(round(duration / self._step), self._state, self._inputs)
         self._R_NB = np.array(rotation_rows(self._state[6:10]))
         self._rotor_speeds = lagged_speeds(self._rotor_speeds, commanded, duration, self._rotor_time_constant)
@@ -82,8 +96,9 @@ class Plant:
 
     def specific_force(self) -> Array:
         """True f_NB_B [m/s^2], shape (3,), at the end of the last interval and under its inputs."""
-        wrench = rotor_wrench(self._body, self._rotor_speeds, self._inputs.thrust_scale)
-        rate = rigid_body_rate(self._body, wrench, self._inputs.wind_N, self._state)
+        inputs = self._inputs
+        wrench = rotor_wrench(self._body, self._rotor_speeds, inputs.thrust_scale, inputs.rotor_scales)
+        rate = rigid_body_rate(self._body, wrench, inputs.wind_N, self._state)
         gravity_N = np.array([0.0, 0.0, -GRAVITY])
         f_NB_B: Array = self._R_NB.T @ (np.array(rate[3:6]) - gravity_N)
         return f_NB_B

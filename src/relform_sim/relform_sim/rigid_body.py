@@ -15,6 +15,8 @@ from relform_core.vehicle_config import VehicleConfig
 from relform_sim.contact import Legs, ground_forces
 from relform_sim.integrate import State
 
+ALL_WHOLE: State = (1.0, 1.0, 1.0, 1.0)
+"""Factors on the thrust of rotors none of which is weak."""
 UNCERTAINTY_LIMIT = 3.0
 """Mass and inertia are drawn within this many standard deviations, so that they stay positive."""
 
@@ -77,10 +79,21 @@ def lagged_speeds(initial: State, commanded: State, time: float, time_constant: 
     return tuple([end + (start - end) * remaining for start, end in zip(initial, commanded, strict=True)])
 
 
-def rotor_wrench(body: Body, speeds: tuple[float, ...], scale: float) -> Wrench:
-    """Eq. Aerodynamics for four rotor speeds [rad/s]; thrust and torque of every rotor are scaled."""
+def rotor_wrench(
+    body: Body, speeds: tuple[float, ...], scale: float, rotor_scales: State = ALL_WHOLE
+) -> Wrench:
+    """Eq. Aerodynamics.
+
+    Args:
+        body: of the vehicle.
+        speeds: of the rotors [rad/s].
+        scale: factor on thrust and torque of every rotor.
+        rotor_scales: a further one for each rotor.
+    """
     c_T, c_Q, d = scale * body.thrust_coefficient, scale * body.torque_coefficient, body.arm_length
-    front, left, back, right = [speed * speed for speed in speeds]
+    front, left, back, right = [
+        rotor_scale * (speed * speed) for rotor_scale, speed in zip(rotor_scales, speeds, strict=True)
+    ]
     return Wrench(
         thrust=c_T * (front + left + back + right),
         torque=(d * c_T * (left - right), d * c_T * (back - front), c_Q * (front - left + back - right)),

@@ -13,7 +13,7 @@ import numpy as np
 
 from relform_core.arrays import Array
 from relform_core.errors import FlightError
-from relform_core.events_config import ThrustScale, Wind
+from relform_core.events_config import ThrustLoss, Wind
 from relform_core.flight_modes import VehicleMode
 from relform_core.measurements import Odometry, RotorCommand, VehicleMeasurements
 from relform_core.randomness import Stream, Streams
@@ -38,7 +38,7 @@ from relform_sim.link import radio_link
 from relform_sim.onboard import Onboard, OnboardCounts
 from relform_sim.pilot import Readings
 from relform_sim.plant import Plant
-from relform_sim.rigid_body import draw_body
+from relform_sim.rigid_body import ALL_WHOLE, draw_body
 from relform_sim.start import start_poses
 
 
@@ -97,7 +97,7 @@ class Vehicle:
         self._link = radio_link(config, name, streams)
         events = config.events_on(name)
         self._winds = [event for event in events if isinstance(event, Wind)]
-        self._thrust_scales = [event for event in events if isinstance(event, ThrustScale)]
+        self._thrust_losses = [event for event in events if isinstance(event, ThrustLoss)]
 
     @property
     def counts(self) -> OnboardCounts:
@@ -108,6 +108,12 @@ class Vehicle:
     def mode(self) -> VehicleMode:
         """What the vehicle has done until the step that it is at."""
         return self._onboard.mode
+
+    @property
+    def report(self) -> Mapping[str, object]:
+        """What the vehicle says about itself, by key of /diagnostics."""
+        share = self._onboard.thrust_share
+        return vars(self.counts) | ({} if share is None else {"thrust_percent": round(100.0 * share, 1)})
 
     def set_limits(self, config: VehicleConfig) -> None:
         """Apply other limits of the failsafe and of the tilt, and nothing else, from the next step on."""
@@ -194,9 +200,19 @@ class Vehicle:
         self._applied.append(_mean_speeds(flown))
         winds = [wind.force_N for wind in self._winds if wind.active(time)]
         wind_N = (sum(w[0] for w in winds), sum(w[1] for w in winds), sum(w[2] for w in winds))
-        thrust_scale = math.prod(event.scale for event in self._thrust_scales if event.active(time))
+        losses = [event for event in self._thrust_losses if event.active(time)]
+        thrust_scale = math.prod(event.scale_at(time) for event in losses)
+        rotor_scales = tuple(
+            math.prod(each) for each in zip(*(event.rotor_scales for event in losses), strict=True)
+        )
         for duration, speeds in flown:
-            self._plant.advance(tuple(speeds.tolist()), duration, wind_N=wind_N, thrust_scale=thrust_scale)
+            self._plant.advance(
+                tuple(speeds.tolist()),
+                duration,
+                wind_N=wind_N,
+                thrust_scale=thrust_scale,
+                rotor_scales=rotor_scales or ALL_WHOLE,
+            )
 
     def _own_readings(self, step: int) -> Readings:
         imu, optic_flow = self._readings.newest(IMU), self._readings.newest(OPTIC_FLOW)

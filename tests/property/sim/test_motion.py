@@ -45,6 +45,7 @@ def bits(values: tuple[float, ...]) -> bytes:
     commanded=speeds,
     wind_N=numbers(3, 5.0),
     thrust_scale=st.floats(0.0, 2.0),
+    rotor_scales=st.tuples(*[st.floats(0.0, 1.0) for _ in range(4)]),
 )
 def test_equal_to_the_last_bit(
     step: float,
@@ -57,10 +58,11 @@ def test_equal_to_the_last_bit(
     commanded: tuple[float, ...],
     wind_N: tuple[float, float, float],
     thrust_scale: float,
+    rotor_scales: tuple[float, ...],
 ) -> None:
     length = math.hypot(*q_NB)
     state = (*moving, *(each / length for each in q_NB), *w_NB_B)
-    inputs = Inputs(before, commanded, wind_N, thrust_scale)
+    inputs = Inputs(before, commanded, wind_N, thrust_scale, rotor_scales)
     compiled, reference = (
         kind(DRAGGED, step, lag).after(n_steps, state, inputs) for kind in (CompiledMotion, ReferenceMotion)
     )

@@ -62,6 +62,11 @@ VIEW = (
             "--set separation: emergency_m 0.7 must be less than warning_m 0.6",
         ),
         (
+            "vehicle.thrust_min_percent=50",
+            f"{VEHICLE} with --set vehicle.thrust_min_percent: thrust_min_percent 50 must be more than 52.0, "
+            "with which the vehicle can just hover",
+        ),
+        (
             "vehicle.rotor_speed_max_rpm=3000",
             f"{VEHICLE} with --set vehicle.rotor_speed_max_rpm: cannot hover: "
             "the rotors carry the weight at 4328 rpm, "
@@ -211,8 +216,8 @@ def test_scenarios_that_contradict_themselves(override: str, problem: str) -> No
         (
             "events=[{kind: hail}]",
             "events.0.kind: must be one of "
-            "'wind', 'thrust_scale', 'outliers', 'dropout', 'occlusion', 'localization_jump', "
-            "'command_loss', 'link' "
+            "'wind', 'thrust_scale', 'thrust_decay', 'weak_rotor', 'outliers', 'dropout', 'occlusion', "
+            "'localization_jump', 'command_loss', 'link' "
             "(got 'hail')",
         ),
         (

@@ -117,3 +117,27 @@ def test_steps_that_members_missed_are_named() -> None:
 
 def test_vehicles_count_what_is_judged() -> None:
     assert {count.key for count in COUNTS if "." not in count.key} <= VEHICLE.keys()
+
+
+@pytest.mark.parametrize(
+    ("values", "finding"),
+    [
+        ({"thrust_percent": 71.4}, (Level.WARN, "thrust 71 % of nominal")),
+        ({"thrust_percent": 85.0}, (Level.OK, "")),
+        ({"evaded": 3}, (Level.WARN, "intervals in which another vehicle was too close: 3")),
+        ({"lowered": 2}, (Level.WARN, "intervals above the geofence: 2")),
+        ({"separation.level": "ok", "separation": "a and b are 2.00 m apart"}, (Level.OK, "")),
+        (
+            {"separation.level": "warning", "separation": "a and b are 0.80 m apart"},
+            (Level.WARN, "separation: a and b are 0.80 m apart"),
+        ),
+        (
+            {"separation.level": "emergency", "separation": "a and b are 0.60 m apart"},
+            (Level.ERROR, "separation: a and b are 0.60 m apart"),
+        ),
+        ({"geofence": ""}, (Level.OK, "")),
+        ({"geofence": "a is outside"}, (Level.ERROR, "geofence: a is outside")),
+    ],
+)
+def test_limits_in_flight(values: dict[str, object], finding: tuple[Level, str]) -> None:
+    assert Health().judge(values, 0, "") == finding

@@ -48,6 +48,8 @@ def test_each_request_in_each_mode(mode: VehicleMode, request_: Request) -> None
         (M.HOVERING, H.SILENT, M.FAILSAFE),
         (M.HOVERING, H.NO_PLAN, M.FAILSAFE),
         (M.FLYING, H.NO_PLAN, M.FAILSAFE),
+        (M.HOVERING, H.WEAK, M.FAILSAFE),
+        (M.FLYING, H.WEAK, M.FAILSAFE),
         (M.LANDING, H.DOWN, M.IDLE),
         (M.FAILSAFE, H.DOWN, M.STOPPED),
     ],
@@ -63,7 +65,7 @@ def test_what_happens_changes_the_mode_and_gives_the_reason(
 
 
 def test_nothing_else_happens() -> None:
-    assert sum(map(len, HAPPENED.values())) == 7
+    assert sum(map(len, HAPPENED.values())) == 9
     for mode, happening in itertools.product(M, H):
         if happening not in HAPPENED.get(mode, {}):
             unmoved = machine(mode)

@@ -97,3 +97,18 @@ def test_drawn_bodies_scatter_as_specified_and_stay_positive() -> None:
     assert np.abs(inertias).max() <= UNCERTAINTY_LIMIT * 0.05 + 1e-12
     correlations = np.corrcoef(np.column_stack([masses, inertias]).T)
     assert np.abs(correlations - np.eye(4)).max() < 0.07
+
+
+def test_a_weak_rotor_gives_less_thrust_and_turns_the_vehicle() -> None:
+    """Left has half of its 420^2: it rolls to the left, and turns as the others' drag is not balanced."""
+    whole = rotor_wrench(BODY, (410.0, 420.0, 430.0, 440.0), scale=0.9)
+    weak = rotor_wrench(BODY, (410.0, 420.0, 430.0, 440.0), 0.9, (1.0, 0.5, 1.0, 1.0))
+    lost = 0.9 * 0.5 * 420.0**2
+    assert weak.thrust == pytest.approx(whole.thrust - BODY.thrust_coefficient * lost)
+    assert weak.torque == pytest.approx(
+        (
+            whole.torque[0] - BODY.arm_length * BODY.thrust_coefficient * lost,
+            whole.torque[1],
+            whole.torque[2] + BODY.torque_coefficient * lost,
+        )
+    )

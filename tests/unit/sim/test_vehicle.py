@@ -203,6 +203,33 @@ def test_simultaneous_winds_add_and_thrust_scales_multiply() -> None:
     assert flight.v_NB_N("leader", 4) == pytest.approx(expected)
 
 
+def test_thrust_decays_to_its_floor_and_is_whole_again_after_the_event() -> None:
+    """Intervals of 0.05 s; events act on whole intervals, as they are at the start."""
+    decay = "{kind: thrust_decay, start_s: 0.05, end_s: 0.25, target: leader, rate_percent_s: 100}"
+    short = decay.replace("rate_percent_s: 100", "rate_percent_s: 100, floor_percent: 90")
+    for text, scales in ((decay, (1.0, 1.0, 0.95, 0.9, 0.85, 1.0)), (short, (1.0, 1.0, 0.95, 0.9, 0.9, 1.0))):
+        flight = fly(load(*EXACT, events(text)), 6, commands=hovering)
+        lost = np.cumsum([0.0, *(GRAVITY * 0.05 * (scale - 1.0) for scale in scales)])
+        climbs = [flight.v_NB_N("leader", step)[2] for step in range(7)]
+        assert climbs == pytest.approx(lost.tolist(), abs=1e-9)
+
+
+def test_a_weak_rotor_turns_the_vehicle() -> None:
+    weak = [
+        f"{{kind: weak_rotor, start_s: 0.0, end_s: 1.0, target: leader, rotor: {rotor}, scale: {scale}}}"
+        for rotor, scale in (("left", 0.9), ("front", 0.95))
+    ]
+    flight = fly(load(*EXACT, events(*weak)), 1, commands=hovering)
+    rate = flight.ground_truth[1]["leader"].w_NB_B
+    thrust = CONFIG.vehicle.hover_thrust
+    lever = CONFIG.vehicle.arm_length * thrust * 0.05
+    x, y, z = CONFIG.vehicle.inertia
+    drag = CONFIG.vehicle.torque_coefficient / CONFIG.vehicle.thrust_coefficient * thrust * 0.05
+    expected = [-0.1 * lever / x, 0.05 * lever / y, (0.1 - 0.05) * drag / z]
+    assert rate == pytest.approx(expected, rel=2e-3)
+    assert flight.v_NB_N("leader", 1)[2] == pytest.approx(-0.15 / 4.0 * GRAVITY * 0.05, rel=1e-3)
+
+
 def test_lost_commands_are_replaced_by_the_plan_then_by_the_failsafe_of_that_vehicle_only() -> None:
     loss = "{kind: command_loss, start_s: 0.15, end_s: 0.4, target: follower_2, probability: 1.0}"
     reference, lossy = fly(CONFIG, 12), fly(load(events(loss)), 12)

@@ -76,7 +76,7 @@ class Quadrotor:
             if fault:
                 self._publish_event(step, FaultReported(fault))
             rests = self._vehicle.mode in ON_THE_GROUND
-            self._pacing.done(step, fault, report=lambda: vars(self._vehicle.counts), rests=rests)
+            self._pacing.done(step, fault, report=lambda: self._vehicle.report, rests=rests)
 
     def _command(self, msg: RotorSpeeds) -> RotorCommand:
         """A command; raises RejectionError if it cannot be used."""
