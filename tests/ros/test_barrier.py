@@ -120,6 +120,13 @@ def test_late_members_are_named_with_step_time_and_limit(barrier: Barrier, now: 
     )
 
 
+def test_members_that_have_finished_the_last_step_may_leave(barrier: Barrier) -> None:
+    fly(barrier, 101)
+    finish(barrier, LEADER)
+    assert barrier.has_finished(LEADER)
+    assert not barrier.has_finished(FOLLOWER)
+
+
 def test_members_that_are_not_ready_are_named(barrier: Barrier, now: SteadyClock) -> None:
     finish(barrier, CONTROLLER, LEADER)
     now.time += 59.9

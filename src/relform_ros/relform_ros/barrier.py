@@ -110,6 +110,10 @@ class Barrier:
         """Whether a member that is expected to finish a step may finish another one."""
         return step == expected
 
+    def has_finished(self, member: str) -> bool:
+        """Whether a member has finished the last step of the flight, and may leave."""
+        return self._finished[member] == self._n_steps
+
     def due(self) -> float:
         """Steady time before which the next step does not begin [s]."""
         return -math.inf

@@ -166,7 +166,9 @@ def test_time_to_take_over_counts_from_admission_and_from_start() -> None:
     seen = evidence(flown=team, done=(1.05, 1.5))
     assert checks.takeover(plan, seen) == pytest.approx((0.45, 2.55))
     assert list(checks.taken_over(plan, seen)) == []
-    assert not checks.came_late(plan, seen)
+    assert not checks.came_late(seen)
+    late = flown(admissions=((6.1, "/formation/controller", True),))
+    assert checks.came_late(evidence(flown=late, done=(1.05, 1.5)))
     refused = flown(admissions=((3.6, "/formation/controller", False),))
     assert list(checks.taken_over(plan, evidence(flown=refused, done=(1.05, 1.5)))) == [
         "no controller took the team over"
@@ -181,6 +183,13 @@ def test_a_flight_that_ends_early_is_named() -> None:
     assert list(checks.reaches_end(PLAN, evidence(ticked=2.0))) == [
         f"the clock ended at 2.00 s, not at {PLAN.duration:.2f} s"
     ]
+
+
+def test_a_process_that_came_after_the_flight_must_end_when_it_is_interrupted() -> None:
+    late = Ended(f"{CONTROLLER}_1", 130, "x: still waiting for /sim/clock\n", was_dismissed=True)
+    seen = evidence(ends=(*evidence().ends, late))
+    assert checks.came_late(seen)
+    assert list(checks.exits(seen, {late.name: (1, "refused")})) == []
 
 
 def test_results_are_kept_for_the_same_sources(tmp_path: Path) -> None:

@@ -55,7 +55,7 @@ def exits(evidence: Evidence, expected: Mapping[str, tuple[int, str]] | None = N
     for ended in evidence.ends:
         if ended.was_killed or ended.code is None:
             continue
-        code, pattern = (expected or {}).get(ended.name, (0, ""))
+        code, pattern = (130, "") if ended.was_dismissed else (expected or {}).get(ended.name, (0, ""))
         words = [line for line in ended.lines if not HARMLESS.search(line)]
         by_fly = ended.name.startswith(FLY)  # it prints more than its reason
         if ended.code != code:
@@ -163,10 +163,12 @@ def taken_over(plan: Plan, evidence: Evidence) -> Iterator[str]:
         yield f"it commands the team {times[0]:.2f} s after its admission, allowed are {TAKE_OVER_MAX} s"
 
 
-def came_late(plan: Plan, evidence: Evidence) -> bool:
-    """Whether a process needed so long to start that the vehicles were low or on the ground already."""
+def came_late(evidence: Evidence) -> bool:
+    """Whether a process needed so long to start that the flight was over, or the vehicles were low."""
+    if any(ended.was_dismissed for ended in evidence.ends):
+        return True
     admitted = _admission(evidence)
-    return admitted is None or admitted - evidence.done[-1] > START_MAX
+    return admitted is not None and admitted - evidence.done[-1] > START_MAX
 
 
 def counted(evidence: Evidence) -> Iterator[str]:

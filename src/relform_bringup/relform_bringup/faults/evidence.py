@@ -18,6 +18,8 @@ class Ended:
     output: str
     was_killed: bool = False
     """Whether the campaign killed it as a fault."""
+    was_dismissed: bool = False
+    """Whether it was started so late that the flight was over, and then interrupted."""
 
     @property
     def lines(self) -> tuple[str, ...]:

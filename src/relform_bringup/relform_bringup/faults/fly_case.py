@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 START_S = 40.0
 """Time in which a flight must begin after the start of its last process [s]."""
+LEAVE_S = 5.0
+"""Time in which additional processes must end after the flight [s]."""
 STEP_TIMEOUT_S = 3.0
 DISK = "disk"
 """Folder where the small disk is mounted."""
@@ -94,7 +96,10 @@ def _watch(plan: Plan, processes: FlightProcesses, witness: "Witness") -> tuple[
             else:
                 processes.do(fault)
             done.append(witness.now)
-        witness.wait(lambda: not processes.running, began + plan.ends_by - time.monotonic())
+        witness.wait(lambda: not processes.flying, began + plan.ends_by - time.monotonic())
+        if not witness.wait(lambda: not processes.running, LEAVE_S):
+            processes.dismiss()
+            witness.wait(lambda: not processes.running, LEAVE_S)
     return tuple(done)
 
 

@@ -21,9 +21,10 @@ from relform_core.arrays import Array
 from relform_core.errors import BagError
 from relform_core.flight_modes import TeamMode, VehicleMode
 from relform_core.load import LoadedScenario
-from relform_core.names import DIAGNOSTICS, ROTOR_SPEEDS, STATUS, vehicle_topic
+from relform_core.names import DIAGNOSTICS, MEMBERS, ROTOR_SPEEDS, STATUS, vehicle_topic
 from relform_core.sensors.flight_status import FLIGHT_STATUS
 from relform_core.units import NANOSECONDS_PER_SECOND
+from relform_msgs.msg import MemberChange
 from relform_ros.fields import stamp_from_msg
 
 Mode = TypeVar("Mode", VehicleMode, TeamMode)
@@ -81,7 +82,10 @@ def _flown(messages: list[BagMessage], scenario: LoadedScenario) -> Flown:
         steps=np.rint(log.tick_ns / config.period_ns).astype(np.int64),
         vehicles={name: _vehicle(name, log, by_topic) for name in log.vehicles},
         vehicle_faults=tuple(f"{fault.source}: {fault.description}" for fault in log.faults),
-        admissions=(),
+        admissions=tuple(
+            (time, change.node, change.kind == MemberChange.ADMITTED)
+            for time, change in zip(_times(by_topic[MEMBERS]), by_topic[MEMBERS], strict=True)
+        ),
         team_modes=_changes(by_topic[STATUS], TeamMode),
         formation_errors=errors,
         error_times=error_times,

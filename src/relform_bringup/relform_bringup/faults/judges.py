@@ -48,11 +48,11 @@ def kill_controller(plan: Plan, evidence: Evidence) -> Iterator[str]:
 def kill_vehicle(plan: Plan, evidence: Evidence) -> Iterator[str]:
     who = plan.faults[0].target
     again = (f"{who}_1", (1, REFUSED))
-    yield from over(2, f"not finished within .*: /{who}/quadrotor", again)(plan, evidence)
+    yield from over(2, f"not finished within .*: /{who}/quadrotor$", again)(plan, evidence)
 
 
 def kill_recorder(plan: Plan, evidence: Evidence) -> Iterator[str]:
-    yield from checks.exits(evidence, {CLOCK: (2, "not finished within .*: /recorder")})
+    yield from checks.exits(evidence, {CLOCK: (2, "not finished within .*: /recorder$")})
     yield from checks.in_the_air(evidence)
     yield from checks.reaches_end(plan, evidence)
 
@@ -80,7 +80,7 @@ def kill_in_fly(plan: Plan, evidence: Evidence) -> Iterator[str]:
 
 def restart_controller(plan: Plan, evidence: Evidence) -> Iterator[str]:
     yield from checks.in_the_air(evidence)
-    if checks.came_late(plan, evidence):  # then the vehicles land, as without one
+    if checks.came_late(evidence):  # then the vehicles land, as without one
         return
     yield from checks.exits(evidence)
     yield from checks.complete(plan, evidence)
@@ -89,9 +89,11 @@ def restart_controller(plan: Plan, evidence: Evidence) -> Iterator[str]:
 
 
 def restart_recorder(plan: Plan, evidence: Evidence) -> Iterator[str]:
-    yield from checks.exits(evidence)
-    yield from checks.reaches_end(plan, evidence)
     yield from checks.in_the_air(evidence)
+    yield from checks.reaches_end(plan, evidence)
+    if checks.came_late(evidence):
+        return
+    yield from checks.exits(evidence)
     yield from checks.in_formation(evidence)
 
 

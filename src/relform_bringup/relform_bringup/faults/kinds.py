@@ -31,11 +31,25 @@ KINDS = {
     kind.name: kind
     for kind in (
         Kind(
+            "kill-controller",
+            "the controller is killed",
+            "they finish their plan, sink, and stand on the ground, level; then the clock ends the flight",
+            draws.kill(CONTROLLER),
+            judges.kill_controller,
+        ),
+        Kind(
             "kill-vehicle",
             "a vehicle is killed",
             "the flight ends, the clock names the vehicle",
             draws.kill(VEHICLE),
             judges.kill_vehicle,
+        ),
+        Kind(
+            "kill-recorder",
+            "the recorder is killed",
+            "the flight is flown to its end, where the clock names the recorder; the bag can be recovered",
+            draws.kill_observer,
+            judges.kill_recorder,
         ),
         Kind(
             "kill-clock",
@@ -57,6 +71,13 @@ KINDS = {
             "it ends with this reason and exit code 130, and all its processes end",
             draws.kill(FLY, Action.INTERRUPT),
             judges.interrupt_fly,
+        ),
+        Kind(
+            "kill-in-fly",
+            "one of the nodes that `fly` has started is killed",
+            "`fly` starts a controller again, which takes over; for any other node it ends with the reason",
+            draws.kill_in_fly,
+            judges.kill_in_fly,
         ),
         Kind(
             "stop-controller",
@@ -94,11 +115,53 @@ KINDS = {
             judges.undisturbed,
         ),
         Kind(
+            "restart-controller",
+            "the controller is killed, and another one started within 1.5 s",
+            "within 2 s of its admission by the clock it commands the team, which ends in formation",
+            draws.restart(CONTROLLER, draws.LONG, 1.5, draws.STEADY),
+            judges.restart_controller,
+        ),
+        Kind(
+            "restart-vehicle",
+            "a vehicle is killed, and started again within 1 s",
+            "the new process is refused; the flight ends, the clock names the vehicle",
+            draws.restart(VEHICLE, draws.LONG, 1.0),
+            judges.kill_vehicle,
+        ),
+        Kind(
+            "restart-clock",
+            "the clock is killed, and another one started within 1 s",
+            "it finds that nobody takes part in another flight and ends; all nodes end and name the clock",
+            draws.restart(CLOCK, draws.SHORT, 1.0),
+            judges.over(0, "", (f"{CLOCK}_1", (2, "not finished within|not ready within"))),
+        ),
+        Kind(
+            "restart-recorder",
+            "the recorder is killed, and another one started within 1 s",
+            "it is admitted; the flight is flown to its end in formation; both bags are readable",
+            draws.restart(RECORDER, draws.MEDIUM, 1.0),
+            judges.restart_recorder,
+        ),
+        Kind(
             "restart-fly",
             "`fly` is killed, and started again within 1 s",
             "the processes of the first one end; the second flight is undisturbed",
             draws.restart(FLY, draws.SHORT, 1.0),
             judges.undisturbed,
+        ),
+        Kind(
+            "second-controller",
+            "a second controller is started",
+            "it is refused; the flight is undisturbed",
+            draws.second(CONTROLLER),
+            judges.second,
+        ),
+        Kind(
+            "same-vehicle",
+            "a second process with the name of a vehicle is started",
+            "it is refused; the flight is undisturbed",
+            draws.second(VEHICLE),
+            judges.second,
         ),
         Kind(
             "late-joiner",

@@ -116,6 +116,13 @@ MOTIONS = {
 }
 
 
+FORMATIONS = (
+    "formations_m={initial: {follower_1: [-1.0, -1.0, -0.4], follower_2: [-1.0, 1.0, -0.4]}, "
+    "wide: {follower_1: [-1.0, -1.2, -0.4], follower_2: [-1.0, 1.2, -0.4]}}"
+)
+"""With room between the vehicles: on a busy machine many commands come late."""
+
+
 class Draw:
     """The draws of one case."""
 
@@ -150,6 +157,7 @@ class Draw:
         height, yaw = self.between(1.4, 2.2) + sinks_slowly, self.between(-170.0, 170.0)
         return (
             "controller=team",
+            FORMATIONS,
             "pacing=real_time",
             f"phases=[{{{phase}, duration_s: {duration}, motion: {motion}}}]",
             f"start.position_m=[0.5, -0.3, {height}]",

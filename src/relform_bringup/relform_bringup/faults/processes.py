@@ -51,6 +51,13 @@ class _Started:
     child: Child
     was_killed: bool = False
     """As a fault."""
+    was_dismissed: bool = False
+    """It was started so late that the flight was over."""
+
+    @property
+    def is_additional(self) -> bool:
+        """Whether it was started beside, or instead of, a node that a flight consists of."""
+        return self.log_name != self.name and self.name not in (FLY, CLOCK)
 
 
 class FlightProcesses:
@@ -112,6 +119,18 @@ class FlightProcesses:
         """Whether one of the started processes runs."""
         return bool(self._supervisor.running())
 
+    @property
+    def flying(self) -> bool:
+        """Whether one of them runs that is part of the flight from its start."""
+        return any(each.child.exit_code() is None for each in self._started if not each.is_additional)
+
+    def dismiss(self) -> None:
+        """Interrupt the additional processes that are left: a node without a flight waits for one."""
+        for each in self._started:
+            if each.is_additional and each.child.exit_code() is None:
+                each.was_dismissed = True
+                each.child.send(signal.SIGINT)
+
     def left(self) -> dict[int, str]:
         """Command lines, by process id, of processes of this flight that run."""
         text, found = str(self._folder.path), {}
@@ -138,6 +157,7 @@ class FlightProcesses:
                 each.child.exit_code(),
                 (self._folder.log / f"{each.log_name}.log").read_text("utf-8", errors="replace"),
                 each.was_killed,
+                each.was_dismissed,
             )
             for each in self._started
         )

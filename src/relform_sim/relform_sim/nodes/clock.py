@@ -99,7 +99,9 @@ class ClockServer:
         except SilentNodeError as error:
             # Most late members wait for another one themselves. That one may have reported to the clock and
             # fallen silent before its message to the others.
-            raise SilentNodeError(error.what, await self._unresponsive() or error.nodes) from None
+            unresponsive = await self._unresponsive()
+            lost = [name for name in unresponsive if not self._barrier.has_finished(name)]
+            raise SilentNodeError(error.what, lost or error.nodes) from None
 
     async def _tick(self) -> None:
         await discover(self._name, self._endpoints, is_ready=self._barrier.complete)
