@@ -12,7 +12,7 @@ import numpy as np
 from relform_ros.fields import stamp_from_msg, stamp_to_msg
 
 NOT_FINITE = (math.nan, math.inf, -math.inf)
-FUTURE_STEPS, PAST_STEPS = (6, 2000), (1, 60)
+FUTURE_STEPS, PAST_STEPS = (25, 2000), (1, 60)
 """How far stamps are moved. One that is ahead by less may belong to a node that is ahead."""
 _UNREAD = frozenset({"reason", "radiation_type", "fault", "configuration", "sent"})
 """Fields with which a message is as good as the right one, or which say nothing that could be checked."""

@@ -4,11 +4,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from relform_ros.lockstep import AHEAD, Done, step_at
+from relform_ros.lockstep import Done, step_at
 from relform_ros.rejection import Reason, RejectionError
 
 PAST_NS = 5_000_000_000
 """How old a message may be when it arrives [ns]: more than links delay it."""
+AHEAD_NS = 1_000_000_000
+"""What is further ahead of the flight's time was not sent by a node of the flight [ns]. It is not 0, because
+the time of a node lags that has heard late ticks only, or has not come to hear them yet."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class Arrivals:
         """
         step_at(arrived.stamp_ns, self._period_ns)
         ahead_ns = arrived.stamp_ns - self._leads_ns.get(topic, 0) - arrived.arrival_ns
-        if ahead_ns > AHEAD * self._period_ns:
+        if ahead_ns > AHEAD_NS:
             raise RejectionError(Reason.EARLY, f"stamp {arrived.stamp_ns} ns is {ahead_ns} ns ahead")
         if (known := self._stamps_ns.get(topic)) is not None:
             oldest_ns = arrived.arrival_ns - PAST_NS
@@ -81,7 +84,7 @@ class Arrivals:
             raise RejectionError(Reason.FOREIGN, f"'{done.node}' is not awaited here")
         if done.step < 0:
             return
-        if (done.step - AHEAD) * self._period_ns > now_ns:
+        if done.step * self._period_ns - AHEAD_NS > now_ns:
             raise RejectionError(Reason.EARLY, f"{done.node} cannot have finished step {done.step} yet")
         newest = self._newest[done.node]
         if newest is not None and done.step <= newest.step:

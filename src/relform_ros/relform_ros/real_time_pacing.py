@@ -10,7 +10,7 @@ from relform_core.names import ROTOR_SPEEDS, vehicle_node, vehicle_topic
 from relform_core.pacing_config import RealTimePacingConfig
 from relform_core.roster import Roster
 from relform_ros.ages import Ages
-from relform_ros.arrivals import Arrivals, Arrived
+from relform_ros.arrivals import AHEAD_NS, Arrivals, Arrived
 from relform_ros.flight_pacing import FlightPacing, Keep
 from relform_ros.flight_time import FlightTime
 from relform_ros.lockstep import Done, StepInbox
@@ -20,10 +20,6 @@ from relform_ros.spinner import Spinner
 
 LAST_WAIT_NS = 1_000_000_000
 """How long an observer waits at the end of a flight for what was sent before [ns]."""
-
-TICK_AHEAD_NS = 1_000_000_000
-"""A tick that is further ahead of the flight's time was not sent by its clock [ns]. It is not 0, because the
-time of a node that has heard late ticks only lags."""
 
 CATCH_UP_SHARE = 0.2
 """Share of the period that a controller which is late waits at most for the newest tick."""
@@ -88,7 +84,7 @@ class RealTimePacing(FlightPacing):
         # Any later step may follow, because a node that was stopped misses ticks, but none of the future.
         is_next = step == self._newest_tick + 1
         ahead_ns = step * self._period_ns - self._time.now_ns()
-        is_early = self._newest_tick >= 0 and not is_next and ahead_ns > TICK_AHEAD_NS
+        is_early = self._newest_tick >= 0 and not is_next and ahead_ns > AHEAD_NS
         if step > self._n_steps or is_early:
             raise RejectionError(Reason.EARLY, f"tick of step {step} after that of step {self._newest_tick}")
         self._heard += 1

@@ -172,7 +172,7 @@ KINDS = {
         ),
         Kind(
             "foreign",
-            "a foreign node sends altered copies of the messages of a vehicle, some a second early or late",
+            "a foreign node sends altered copies of the messages of a vehicle, some with another stamp",
             "undisturbed; nodes count what they reject",
             draws.foreign(1),
             judges.foreign,

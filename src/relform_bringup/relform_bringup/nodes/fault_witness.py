@@ -26,7 +26,7 @@ from relform_ros.fields import stamp_from_msg, stamp_to_msg
 from relform_ros.qos import LOCKSTEP
 from relform_ros.topics import topic_table
 
-OFF_NS = (0, -1_000_000_000, 1_000_000_000)
+OFF_NS = (0, -1_000_000_000, 2_000_000_000)
 """How far the stamps of foreign messages are off, in turn [ns]."""
 
 
