@@ -123,6 +123,8 @@ class FormationController:
         self._prediction: Prediction | None = None
         self._estimated: tuple[int, TeamEstimate] | None = None
         """The last instant with an estimate [ns], and the estimate."""
+        self._carried_to_ns = 0
+        """The instant to which plan and mission were carried, with an estimate or without [ns]."""
         self._watch = Watch(config)
         self._holds_inside = config.geofence is not None and config.geofence.reaction == "hold"
         self._is_outside = False
@@ -198,9 +200,12 @@ class FormationController:
             self._check_wait(now_ns, estimate.reason)
             return Standby(estimate.reason)
         asked = self._asked(now_ns, estimate)
+        if self._mission_start_ns is not None:
+            self._waiting_since_ns = None
         reference = HorizonReference(asked.p_B1B2_C1[:, 1:], asked.leader.p_NB_N[1:], asked.leader.yaw_NB[1:])
         estimate = _unwrapped(estimate, float(asked.leader.yaw_NB[0]))
         self._estimated = now_ns, estimate
+        self._carried_to_ns = now_ns
         if estimate.rotor_lag is not None:
             self._rotor_lag = estimate.rotor_lag
         start_ns = now_ns + self._lead_ns
@@ -241,12 +246,13 @@ class FormationController:
         """Carry the last plan over the steps without a decision between the last one and this instant."""
         if self._estimated is None:
             return
-        skipped_ns = range(self._estimated[0] + self._period_ns, now_ns, self._period_ns)
+        skipped_ns = range(self._carried_to_ns + self._period_ns, now_ns, self._period_ns)
         for instant_ns in skipped_ns:
             self._inputs.plan_continues(instant_ns + self._lead_ns)
             if self._mission_start_ns is not None:
                 self._mission.advance(instant_ns - self._mission_start_ns)
         if skipped_ns:
+            self._carried_to_ns = skipped_ns[-1]
             self._prediction = self._solver.skip(len(skipped_ns))
             if self._lead_ns > 0:
                 self._prediction = self._predicted(now_ns)
@@ -274,14 +280,15 @@ class FormationController:
         return self._mission.reference(mission_ns + self._asked_ns)
 
     def _check_wait(self, now_ns: int, missing: str) -> None:
-        """Raise FlightError if the flight has waited too long for its start."""
+        """Raise FlightError if the flight has waited too long for an estimate that it can be flown on."""
         if self._waiting_since_ns is None:
             self._waiting_since_ns = now_ns
         waited_ns, bound = now_ns - self._waiting_since_ns, self._config.start_wait_max
         if waited_ns >= seconds_to_ns(bound):
+            goal = "start" if self._mission_start_ns is None else "go on"
             raise FlightError(
-                f"the flight cannot start: after {bound:g} s (controller.start_wait_max_s) there is still no "
-                f"{missing}"
+                f"the flight cannot {goal}: after {bound:g} s (controller.start_wait_max_s) there is still "
+                f"no {missing}"
             )
 
     def _decision(

@@ -76,6 +76,8 @@ class EstimatorReport:
     """Degrees of freedom of its chi-square distribution."""
     rejected: tuple[str, ...] = ()
     """The measurements that did not fit and were not used, for people."""
+    restarts: int = 0
+    """How often the estimator has begun anew in the flight; in the diagnostics, not in FormationState."""
 
 
 @dataclass(frozen=True, eq=False)

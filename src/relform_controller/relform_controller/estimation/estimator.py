@@ -87,7 +87,7 @@ class Estimator(Protocol):
             predicted: what the last plan predicts for this instant; None before the first plan. An estimator
                 with a model of its own does not need it.
         Returns:
-            The estimate, or what it waits for. After its first estimate it no longer waits.
+            The estimate, or what it waits for. Later it waits only if it begins anew.
         """
 
 

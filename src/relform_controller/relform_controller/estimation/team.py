@@ -108,10 +108,12 @@ class TeamEstimator:
         self._noise = (
             team_noise.NOISE_OF_NOMINAL_INERTIA if has_nominal_inertia else team_noise.ProcessNoise()
         )
-        first = team_noise.first_belief(is_at_rest=is_at_rest, has_nominal_inertia=has_nominal_inertia)
+        self._has_nominal_inertia = has_nominal_inertia
         self._builder = ObservationBuilder(self._vehicles, config.sensors.of(SONAR).range_std)
-        yaw_std_max = config.controller.relative_yaw_std_max
-        self._start = TeamStart(self._vehicles, self._filter, self._builder, self._hover, yaw_std_max, first)
+        self._yaw_std_max = config.controller.relative_yaw_std_max
+        self._start = self._new_start(is_at_rest=is_at_rest)
+        self._restarts = 0
+        """How often the estimator has begun anew."""
         used = {sensor.name for sensor in (IMU, OPTIC_FLOW, SONAR, RANGE_BEARING, LOCALIZATION)}
         sensors = {
             name: [sensor.name for sensor in config.sensors_of(name) if sensor.name in used]
@@ -129,7 +131,25 @@ class TeamEstimator:
         applied: Mapping[int, AppliedInputs],
         predicted: Prediction | None,
     ) -> TeamEstimate | Waiting:
-        """See ``Estimator.update``. The plan's prediction is not used: the filter has a model of its own."""
+        """See ``Estimator.update``. The plan's prediction is not used: the filter has a model of its own.
+
+        Where the filter cannot go on, the estimator begins anew, with vehicles that may move in any way.
+        """
+        try:
+            return self._updated(measurements, applied)
+        except np.linalg.LinAlgError as error:
+            self._timeline, self.belief = None, None
+            self._start = self._new_start(is_at_rest=False)
+            self._restarts += 1
+            return Waiting(f"estimate, which begins anew: {error}")
+
+    def _new_start(self, *, is_at_rest: bool) -> TeamStart:
+        first = team_noise.first_belief(is_at_rest=is_at_rest, has_nominal_inertia=self._has_nominal_inertia)
+        return TeamStart(self._vehicles, self._filter, self._builder, self._hover, self._yaw_std_max, first)
+
+    def _updated(
+        self, measurements: TeamMeasurements, applied: Mapping[int, AppliedInputs]
+    ) -> TeamEstimate | Waiting:
         now_ns = measurements.arrival_ns
         if self._timeline is None:
             first = self._start.update(measurements)
@@ -146,6 +166,8 @@ class TeamEstimator:
                     if sensor == RANGE_BEARING.name:
                         self._findings.fresh.add((measurement.stamp_ns, name))
         known = self._timeline.come_forward(now_ns, self._correct, self._predict)
+        if not np.isfinite(known.belief.states).all():
+            raise np.linalg.LinAlgError("the states of the team are not finite")
         self._timeline.forget(now_ns - HISTORY_STEPS * self._period_ns)
         self._health.note(measurements)
         if known.rotors.lag != self._rotor_lag:
@@ -300,6 +322,7 @@ class TeamEstimator:
                 nis=found.nis if found.n_sightings else np.nan,
                 nis_dof=found.n_sightings * team_model.N_SIGHT_ROWS,
                 rejected=tuple(found.rejected),
+                restarts=self._restarts,
             ),
             self._start.unsettled(now_ns, covariances),
             covariances,

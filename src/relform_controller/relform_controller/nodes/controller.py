@@ -247,6 +247,7 @@ class ControllerNode:
             "estimator.nis": self._estimator.nis,
             "estimator.nis_dof": self._estimator.nis_dof,
             "estimator.rejected": self._rejected,
+            "estimator.restarts": self._estimator.restarts,
             **({"geofence": self._breach} if self._has_geofence else {}),
             **self._report_of_separation(),
             **self._report_of_team(),
