@@ -18,6 +18,7 @@ EVERYTHING = paper_scenario(
     WITH_BAROMETER,
     FROM_GROUND,
     "links={up: {loss_probability: 0.01}}",
+    "separation={}",
 )
 """A flight with every topic that depends on the configuration."""
 DISCOVERY_S = 20.0

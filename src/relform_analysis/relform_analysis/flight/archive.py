@@ -19,8 +19,6 @@ _TABLES = ("solver", "estimator", "active_constraints")
 """Fields of a log that hold arrays by name; an archive has each of these arrays under ``field.name``."""
 _ENTRIES = ("faults", "changes", "degraded", "alarms")
 """Fields of a log that hold entries in words."""
-_NONE = np.zeros((0, 3))
-"""Entries that an older version did not write."""
 _OTHERS = {"scenario", "phase", "real_time", *_TABLES, *_ENTRIES}
 """Fields of a log that are not arrays; no flight of a sweep is in real time."""
 
@@ -57,9 +55,10 @@ def read_log(path: Path | str, scenario: LoadedScenario) -> FlightLog:
         with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             arrays = {name: _precise(archive[name]) for name in archive.files}
         phase = arrays.pop("phase")
+        arrays.setdefault("alarms", np.zeros((0, 3)))  # an older version had none
         entries = {
             name: tuple(
-                LogEntry(int(stamp), source, text) for stamp, source, text in arrays.pop(name, _NONE).tolist()
+                LogEntry(int(stamp), source, text) for stamp, source, text in arrays.pop(name).tolist()
             )
             for name in _ENTRIES
         }
