@@ -54,7 +54,7 @@ bench-real-time: setup ## measure latency and missed deadlines of flights on the
 	@$(PYTHON_IN_VENV) scripts/bench_real_time.py $(ARGS)
 
 .PHONY: faults
-faults: setup ## fly the fault campaign into runs/faults, 200 cases in a quarter of an hour (ARGS="--cases 25")
+faults: setup ## fly the fault campaign into runs/faults, 200 cases (ARGS="--cases 25")
 	@$(PYTHON_IN_VENV) scripts/faults.py $(ARGS)
 
 .PHONY: lint

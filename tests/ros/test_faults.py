@@ -11,7 +11,7 @@ CASES = [
     "clock-jump:2",
     "stop-vehicle:3",
     "slow-disk:4",
-    "late-discovery:5",
+    "restart-controller:5",
     "kill-fly:6",
 ]
 

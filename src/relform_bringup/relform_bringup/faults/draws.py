@@ -18,8 +18,14 @@ from relform_bringup.faults.plan import (
     Plan,
 )
 
-SHORT, MEDIUM, LONG = 5.0, 6.5, 12.0
+SHORT, MEDIUM, LONG = 4.5, 6.0, 11.0
 """Lengths of flights [s]."""
+GROUND_S = 22.0
+"""Length of a flight from the ground and back, with time for another controller to land the team [s]."""
+GROUND = (
+    "ground={climb_speed_m_s: 0.8, descent_speed_m_s: 0.5, interval_s: 0.5, landing: together, "
+    f"time_s: {GROUND_S}}}"
+)
 STEADY = ("hover", "line")
 """Motions from which vehicles that were without a controller find back into formation soon."""
 
@@ -67,10 +73,18 @@ def restart(
     return draw
 
 
+def restart_from_ground(case: Draw) -> Plan:
+    """The controller is lost while the team takes off, flies or lands."""
+    at, time = case.between(1.0, 9.0), case.between(0.0, 1.5)
+    faults = (Fault(at, Action.KILL, CONTROLLER), Fault(at + time, Action.START, CONTROLLER))
+    overrides = (*case.flight(3.0, STEADY, sinks_slowly=True), GROUND)
+    return Plan(overrides, GROUND_S, faults, case.order(*NODES))
+
+
 def second(target: str) -> Callable[[Draw], Plan]:
     def draw(case: Draw) -> Plan:
         faults = (Fault(case.between(0.2, 1.5), Action.START, _who(case, target)),)
-        return Plan(case.flight(LONG), LONG, faults, case.order(*NODES))
+        return Plan(case.flight(MEDIUM), MEDIUM, faults, case.order(*NODES))
 
     return draw
 

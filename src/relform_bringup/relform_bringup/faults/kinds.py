@@ -122,6 +122,13 @@ KINDS = {
             judges.restart_controller,
         ),
         Kind(
+            "restart-from-ground",
+            "the same in a flight that takes off and lands, at any time of it",
+            "no vehicle crashes, and all stand on the ground at the end, level",
+            draws.restart_from_ground,
+            judges.restart_from_ground,
+        ),
+        Kind(
             "restart-vehicle",
             "a vehicle is killed, and started again within 1 s",
             "the new process is refused; the flight ends, the clock names the vehicle",
