@@ -33,8 +33,8 @@ SCENARIO = paper_scenario(
     short(60.0),
     "controller=team",
     "pacing=real_time",
-    "start.position_m=[0.5, -0.3, 1.6]",
-    "vehicle.failsafe={plan_max_s: 1.0, descent_speed_m_s: 0.4}",
+    "start.position_m=[0.5, -0.3, 4.0]",
+    "vehicle.failsafe={plan_max_s: 1.0, descent_speed_m_s: 0.5}",
     "lockstep.step_timeout_s=3",
     seed=7,
 )

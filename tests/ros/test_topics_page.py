@@ -17,6 +17,7 @@ EVERYTHING = paper_scenario(
     "controller=team",
     WITH_BAROMETER,
     FROM_GROUND,
+    "separation={}",
     "links={up: {loss_probability: 0.01}}",
     "separation={}",
 )
