@@ -55,8 +55,13 @@ def fly(
     duration: float = NEVER,
     seed: int = 0,
     take_off_at: float = NEVER,
+    *,
+    is_new: bool = True,
 ) -> Flight:
-    """Fly without a controller between two instants, and then with a new one; a fault fails the test."""
+    """Fly without a controller between two instants, and then with a new one or, after a stop, the same one.
+
+    A fault fails the test.
+    """
     scenario = paper_scenario("controller=team", "pacing=real_time", *overrides, seed=seed)
     config = scenario.config
     flight = Flight(scenario)
@@ -65,7 +70,7 @@ def fly(
     with one_blas_thread():
         for step in range(min(config.n_steps, flight.step(duration))):
             outcome = None
-            if step == flight.step(back_at):
+            if step == flight.step(back_at) and is_new:
                 controller = make_controller(config)
                 controller.resume()
             if step == flight.step(take_off_at) and isinstance(controller, FlightDirector):
@@ -192,3 +197,23 @@ def test_a_team_that_is_partly_on_the_ground_lands() -> None:
     status = flight.statuses[flight.step(1.6)]
     assert status is not None
     assert status.reason == "not taken over: follower_1 is on the ground (armed)"
+
+
+@pytest.mark.parametrize(("stopped_at", "on_at"), [(2.0, 3.1), (4.0, 7.0), (6.0, 7.8)])
+def test_a_controller_that_was_stopped_takes_the_team_over_again(stopped_at: float, on_at: float) -> None:
+    flight = fly((), stopped_at, on_at, seed=1, is_new=False)
+    last = flight.outcomes[-1]
+    assert isinstance(last, Decision)
+    assert last.state.leader_position_error < 0.1
+    for pair in last.state.pairs:
+        assert np.linalg.norm(pair.p_B1B2_C1__est - pair.p_B1B2_C1__ref) < 0.25
+
+
+def test_a_flight_director_that_was_stopped_takes_the_team_over_again() -> None:
+    flight = fly((FROM_GROUND, "ground.time_s=30"), FLIES_AT_S, 14.2, seed=1, is_new=False)
+    assert flight.team_modes(14.2) == [
+        TeamMode.TAKING_OVER,
+        TeamMode.HOVERING,
+        TeamMode.LANDING,
+        TeamMode.IDLE,
+    ]

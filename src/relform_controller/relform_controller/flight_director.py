@@ -26,7 +26,7 @@ from relform_controller.reference.online_mission import OnlineMission
 from relform_controller.reference.timed_path import rows_of
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.solver import Solver
-from relform_controller.take_over import take_over_problem
+from relform_controller.take_over import GAP_MAX_S, take_over_problem
 from relform_core.blend import Blend
 from relform_core.controller_config import WeightsConfig
 from relform_core.errors import ConfigError, FlightError
@@ -126,10 +126,11 @@ class FlightDirector:
         Vehicles in the air hover, form up, and then land if the scenario does not wait for requests: what it
         has flown is not known any more. A team on the ground stays there.
         """
+        is_to_land = self.mode is TeamMode.LANDING or not self._ground.waits
+        self._script = [TeamRequest.LAND] if is_to_land else []
         self._enter(TeamMode.TAKING_OVER)
         self._resumes = True
         self._prepare_flight(is_at_rest=False)
-        self._script = [] if self._ground.waits else [TeamRequest.LAND]
 
     def set_weights(self, weights: WeightsConfig) -> None:
         """See ``FormationController``."""
@@ -189,7 +190,10 @@ class FlightDirector:
 
     def feedback(self, measurements: TeamMeasurements, sqp_steps: int | None = None) -> Decision | Standby:
         """See ``FormationController``."""
+        is_gap = measurements.arrival_ns - self._now_ns > seconds_to_ns(GAP_MAX_S)
         self._now_ns = measurements.arrival_ns
+        if is_gap and self.mode in _WATCHED and self._landing is None and not self._resumes:
+            self.resume()
         if self._resumes:
             self._began_ns, self._resumes = self._now_ns, False
         for name in self._config.team.vehicles:

@@ -26,7 +26,7 @@ from relform_controller.solver.algorithm import ModifiedRti
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.prediction import predictor
 from relform_controller.solver.solver import Solver
-from relform_controller.take_over import take_over_problem
+from relform_controller.take_over import GAP_MAX_S, take_over_problem
 from relform_controller.watch import Watch
 from relform_core.arrays import Array
 from relform_core.blend import Blend
@@ -102,7 +102,7 @@ class FormationController:
         self._pair_names = [(self._vehicles[i], self._vehicles[j]) for i, j in self._ocp.pairs]
         """Observer and target of every pair."""
         self._predict = predictor(self._ocp)
-        self._solver = ModifiedRti(
+        self._make_solver: Callable[[], ModifiedRti] = lambda: ModifiedRti(
             self._ocp,
             solver(self._ocp),
             self._predict,
@@ -111,6 +111,9 @@ class FormationController:
             clock,
             time_budget,
         )
+        self._solver = self._make_solver()
+        self._weights: WeightsConfig | None = None
+        """None: those of the scenario."""
         stage_ns = seconds_to_ns(self._ocp.stage)
         horizon_ns = self._lead_ns + np.arange(self._ocp.n_stages + 1) * stage_ns
         self._asked_ns = np.concatenate([[0], horizon_ns])
@@ -140,16 +143,25 @@ class FormationController:
         return self._mission.formation
 
     def resume(self) -> None:
-        """Take over a team in flight, of which nothing is known; to be called before the first step.
+        """Take over a team in flight, of which nothing is known, in the next step.
 
         The team holds its place as at every start, then it forms up and goes on with the phase of that time.
         """
         self._mission = ResumedMission(self._scenario)
         self._estimator = make_estimator(self._scenario, is_at_rest=False)
         self._forms_up = self._resumes = True
+        self._solver = self._make_solver()
+        if self._weights is not None:
+            self._solver.set_weights(self._weights)
+        self._planned_until_ns = 0
+        self._prediction = self._estimated = None
+        self._rotor_lag = RotorLag(self._scenario.vehicle.rotor_time_constant)
+        self._inputs = InputLog(self._vehicles, self._period_ns, self._scenario.vehicle)
+        self._waiting_since_ns = self._mission_start_ns = None
 
     def set_weights(self, weights: WeightsConfig) -> None:
         """Change the weights of the cost from the next step on."""
+        self._weights = weights
         self._solver.set_weights(weights)
 
     def way_to(self, formation: Mapping[str, Vector3]) -> Blend:
@@ -191,6 +203,8 @@ class FormationController:
                 up from where it is, or is to be taken over but is not in the air.
         """
         now_ns = measurements.arrival_ns
+        if self._has_missed_too_much(now_ns):
+            self.resume()
         if self._resumes and self._mission_start_ns is None:
             _check_in_the_air(measurements)
         self._skip_to(now_ns)
@@ -241,6 +255,12 @@ class FormationController:
         self._prediction = self._solver.prepare_next()
         if self._lead_ns > 0 and self._estimated is not None:  # the plan starts later
             self._prediction = self._predicted(self._estimated[0] + self._period_ns)
+
+    def _has_missed_too_much(self, now_ns: int) -> bool:
+        """Whether the last decision is too old to go on from it; a flight director sees to it itself."""
+        if self._estimated is None or not isinstance(self._mission, ScenarioMission):
+            return False
+        return now_ns - self._estimated[0] > seconds_to_ns(GAP_MAX_S)
 
     def _skip_to(self, now_ns: int) -> None:
         """Carry the last plan over the steps without a decision between the last one and this instant."""

@@ -9,6 +9,9 @@ from relform_core.sensors.sonar import SONAR
 
 HEIGHT_MIN = 0.4
 """A vehicle that sinks and is lower is left to land: it would touch the ground before it climbs [m]."""
+GAP_MAX_S = 1.0
+"""A controller that has decided nothing for longer takes the team over again [s]: the vehicles have flown its
+last plan to the end and sink."""
 _SINKS = frozenset({VehicleMode.FAILSAFE, VehicleMode.LANDING})
 
 
