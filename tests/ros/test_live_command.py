@@ -13,9 +13,11 @@ from relform_core.units import NANOSECONDS_PER_SECOND
 from relform_live.from_bag import read_recording
 from relform_live.scene.stage import Stage
 from support.ports import free_port
-from support.processes import processes_naming, wait_until
+from support.processes import listening_addresses, processes_naming, wait_until
 
 WORKSPACE = Path(__file__).parents[2]
+LOOPBACK, LOOPBACK_6 = "0100007F", "00000000000000000000000001000000"
+"""127.0.0.1 and ::1 as in /proc/net."""
 SCRIPT = [sys.executable, str(WORKSPACE / "scripts/live.py")]
 
 
@@ -39,6 +41,10 @@ def test_starts_a_flight_and_shows_it_until_the_user_ends_it(tmp_path: Path) -> 
     process = start("--port", str(free_port()), "--fly", *options)
     assert process.stdout is not None
     assert process.stdout.readline().startswith("open http://localhost:")
+    wait_until((out / "bag/bag_0.mcap").exists, timeout_s=60.0)
+    listening = [found for pid in processes_naming(str(out)) if (found := listening_addresses(pid))]
+    assert len(listening) >= 2, "the view, and the nodes in one process"
+    assert set().union(*listening) <= {LOOPBACK, LOOPBACK_6}
     wait_until((out / "flight.png").exists, timeout_s=90.0)
     wait_until(lambda: set(processes_naming(str(out))) == {process.pid})  # the flight has ended
     process.send_signal(signal.SIGINT)

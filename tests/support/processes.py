@@ -24,3 +24,24 @@ def processes_naming(text: str) -> dict[int, str]:
                 if text in command:
                     found[int(entry.name)] = command
     return found
+
+
+LISTENS = "0A"
+"""State of a TCP socket that listens, as in /proc/net/tcp."""
+
+
+def listening_addresses(process_id: int) -> set[str]:
+    """IP addresses, as in /proc/net, on which a process can be reached by TCP or UDP."""
+    process = Path("/proc", str(process_id))
+    files = set()
+    for entry in (process / "fd").iterdir():
+        with suppress(OSError):
+            files.add(str(entry.readlink()))
+    found = set()
+    for protocol in ("tcp", "tcp6", "udp", "udp6"):
+        table = process / "net" / protocol
+        for line in table.read_text().splitlines()[1:] if table.exists() else ():
+            _, local, _, state, *_, inode = line.split()[:10]
+            if f"socket:[{inode}]" in files and (protocol.startswith("udp") or state == LISTENS):
+                found.add(local.partition(":")[0])
+    return found
