@@ -4,7 +4,12 @@ The flight is one: the controller is killed, a new one takes over; a second cont
 started twice are refused; the controller is killed for good, and the vehicles land.
 """
 
+import os
+import re
 import signal
+import subprocess
+import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +32,7 @@ from relform_msgs.msg import FormationState, MemberChange
 from relform_ros.qos import LATCHED
 from support.nodes import Nodes, short
 from support.observer import Observer
+from support.processes import processes_naming, wait_until
 from support.scenarios import paper_scenario
 
 SCENARIO = paper_scenario(
@@ -39,6 +45,7 @@ SCENARIO = paper_scenario(
     seed=7,
 )
 PERIOD = SCENARIO.config.controller.period
+FLY = Path(__file__).parents[2] / "scripts/fly.py"
 LEADER = vehicle_node("leader")
 EXIT_ERROR, EXIT_SILENT = 1, 2
 
@@ -139,3 +146,27 @@ def test_without_a_controller_the_vehicles_land_and_the_flight_ends_with_the_rea
 
 def test_the_whole_flight_is_in_the_bag_and_is_replayed_bit_for_bit(flown: Flown) -> None:
     assert replay([str(flown.bag)]) == EQUAL
+
+
+def test_fly_starts_a_controller_again_that_was_killed(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    overrides = (short(9.0), "controller=team", "start.position_m=[0.0, 0.0, 4.0]")
+    command = [sys.executable, str(FLY), "--scenario", "paper", "--real-time", "--out", str(folder)]
+    for override in overrides:
+        command += ["--set", override]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as fly:
+        try:
+            wait_until(lambda: any((folder / "bag").glob("*.mcap")), timeout_s=60.0)
+            time.sleep(1.0)  # the first steps are flown meanwhile, on any machine or later
+            (controller,) = (
+                pid
+                for pid, line in processes_naming(str(folder)).items()
+                if "lib/relform_controller/controller" in line
+            )
+            os.kill(controller, signal.SIGKILL)
+            out, _ = fly.communicate(timeout=90.0)
+        finally:
+            fly.kill()
+    assert fly.returncode == 0, out
+    assert re.search(r"/formation/controller was killed by SIGKILL in step \d+ .*: starting it again", out)
+    assert "takes the team over" in [change.description for change in read_flight_log(folder).changes]

@@ -39,8 +39,10 @@ FAREWELL_S = 1.0
 LEAVE_APART_S = 0.05
 """Time between the ends of two nodes: Fast DDS 2.14 can block for ever when they leave at the same time."""
 
-ANSWER_S = 5.0
+ANSWER_S = 10.0
 """How long a node that joins a running flight waits for the answer of the clock."""
+ASK_AGAIN_S = 1.0
+"""How often it asks meanwhile."""
 PROCESS_BITS = 63
 
 Keep = Callable[[int, Any], None]
@@ -84,6 +86,8 @@ class FlightPacing(ABC):
         self._process = 0 if config.real_time is None else secrets.randbits(PROCESS_BITS)
         """See ``Done.process``; in lock-step, where no process is replaced, messages are always the same."""
         self._observers = roster.observers
+        self._next_asking, self._answer_until = -math.inf, math.inf
+        """When this process next asks to join, and until when it waits for the answer; steady times [s]."""
         self._is_admitted = False
         """Whether the clock has let this process join the running flight."""
         self._takes_part = False
@@ -201,22 +205,31 @@ class FlightPacing(ABC):
         Raises:
             FlightError: the flight runs, and goes on without this process.
         """
-        joined = Done(self._name, JOINED, (), "", self._configuration, self._process)
-        self._endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
+        self._ask_to_join()
         await discover(self._name, self._endpoints, self._may_begin, self._spare)
         if not self.joined_late:
             self._send_done(READY, stamp_ns=0, fault="")
         await self._wait(lambda: self._newest_tick >= 0)
-        deadline = time.monotonic() + ANSWER_S
-        await self._wait(lambda: self._may_begin() or time.monotonic() > deadline, deadline)
-        if not self._may_begin():
-            raise FlightError(f"the flight runs, and {CLOCK_NODE} does not let another process join")
+        await self._wait(self._may_begin)
         self._takes_part = True
 
+    def _ask_to_join(self) -> None:
+        joined = Done(self._name, JOINED, (), "", self._configuration, self._process)
+        self._endpoints.publish(step_done_topic(self._name), done_to_msg(joined, stamp_ns=0))
+        self._next_asking = time.monotonic() + ASK_AGAIN_S
+
     def _may_begin(self) -> bool:
-        """Whether the flight waits for this node, or has let it join."""
+        """Whether the flight waits for this node, or has let it join; asks again until it is answered."""
         self._check_shut_out()
-        return self._is_admitted or not self.joined_late
+        if self._is_admitted or not self.joined_late:
+            return True
+        now = time.monotonic()
+        self._answer_until = min(self._answer_until, now + ANSWER_S)
+        if now > self._answer_until:
+            raise FlightError(f"the flight runs, and {CLOCK_NODE} does not let another process join")
+        if now > self._next_asking:
+            self._ask_to_join()
+        return False
 
     def _spare(self) -> Collection[str]:
         """The nodes without which this one begins: in a running flight, those that no vehicle needs."""
