@@ -9,7 +9,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -150,23 +149,27 @@ def test_the_whole_flight_is_in_the_bag_and_is_replayed_bit_for_bit(flown: Flown
 
 def test_fly_starts_a_controller_again_that_was_killed(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    overrides = (short(9.0), "controller=team", "start.position_m=[0.0, 0.0, 4.0]")
+    overrides = (short(10.0), "controller=team", "start.position_m=[0.0, 0.0, 4.0]")
     command = [sys.executable, str(FLY), "--scenario", "paper", "--real-time", "--out", str(folder)]
     for override in overrides:
         command += ["--set", override]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as fly:
+    shown = tmp_path / "shown.txt"
+    with (
+        shown.open("wb") as out,
+        subprocess.Popen(command, stdout=out, stderr=subprocess.STDOUT) as fly,
+    ):
         try:
-            wait_until(lambda: any((folder / "bag").glob("*.mcap")), timeout_s=60.0)
-            time.sleep(1.0)  # the first steps are flown meanwhile, on any machine or later
+            wait_until(lambda: " / 10.0 s" in shown.read_text(), timeout_s=60.0)
             (controller,) = (
                 pid
                 for pid, line in processes_naming(str(folder)).items()
                 if "lib/relform_controller/controller" in line
             )
             os.kill(controller, signal.SIGKILL)
-            out, _ = fly.communicate(timeout=90.0)
+            fly.wait(timeout=60.0)
         finally:
             fly.kill()
-    assert fly.returncode == 0, out
-    assert re.search(r"/formation/controller was killed by SIGKILL in step \d+ .*: starting it again", out)
+    text = shown.read_text()
+    assert fly.returncode == 0, text
+    assert re.search(r"/formation/controller was killed by SIGKILL in step \d+ .*: starting it again", text)
     assert "takes the team over" in [change.description for change in read_flight_log(folder).changes]
