@@ -27,7 +27,7 @@ def read_path(path: Path | str) -> dict[str, Any]:
     if header not in (COLUMNS, (*COLUMNS, YAW)):
         expected = ",".join(COLUMNS)
         raise ConfigError(
-            f"{path}:1: must be the header '{expected}' or '{expected},{YAW}' (got '{','.join(header)}')"
+            f"{path}:1: must be the header '{expected}' or '{expected},{YAW}' (got {','.join(header)!r})"
         )
     samples = [_sample(row, header, f"{path}:{rows.line_num}") for row in rows if row]
     written: dict[str, Any] = {
@@ -61,6 +61,6 @@ def _sample(row: Sequence[str], header: Sequence[str], where: str) -> list[float
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise ConfigError(f"{where}: {name}: must be a finite number (got '{text}')")
+            raise ConfigError(f"{where}: {name}: must be a finite number (got {text!r})")
         sample.append(value)
     return sample

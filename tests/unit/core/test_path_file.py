@@ -62,6 +62,7 @@ def test_file_is_beside_the_scenario_and_its_samples_are_in_the_effective_config
         ),
         (GOOD.replace("2,3,3.5", "2,3"), "FILE:5: must have 4 values (got 3)"),
         (GOOD.replace("3.5", "up"), "FILE:5: z_m: must be a finite number (got 'up')"),
+        (GOOD.replace("3.5", "3\x005"), r"FILE:5: z_m: must be a finite number (got '3\x005')"),
         (GOOD.replace("3.5", "nan"), "FILE:5: z_m: must be a finite number (got 'nan')"),
     ],
 )
