@@ -13,6 +13,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from relform_ros.clock_jumps import woken_after_jumps
 from relform_ros.intra_process import IntraProcess
 
 SIGNAL_LATENCY_S = 0.1
@@ -109,13 +110,14 @@ class Spinner:
         waits: dict[Logic, Wait | None] = dict.fromkeys(logics)
         next_look = 0.0
         try:
-            while (progress := _continue(waits)) or waits:
-                if progress and len(waits) > 1:  # another logic may have waited for what this one did
-                    if time.monotonic() >= next_look:
-                        self.once(0.0)
-                        next_look = time.monotonic() + LOOK_EVERY_S
-                elif waits:
-                    self.once(min(wait.left_s for wait in waits.values() if wait is not None))
+            with woken_after_jumps(self._wake):
+                while (progress := _continue(waits)) or waits:
+                    if progress and len(waits) > 1:  # another logic may have waited for what this one did
+                        if time.monotonic() >= next_look:
+                            self.once(0.0)
+                            next_look = time.monotonic() + LOOK_EVERY_S
+                    elif waits:
+                        self.once(min(wait.left_s for wait in waits.values() if wait is not None))
         finally:
             for logic in waits:
                 logic.close()
@@ -141,6 +143,9 @@ class Spinner:
         deadline = time.monotonic() + duration_s
         while (left := deadline - time.monotonic()) > 0.0:
             self._spin_once(left)
+
+    def _wake(self) -> None:
+        self._executor.wake()
 
     def _spin_once(self, timeout_s: float) -> None:
         began = time.monotonic()

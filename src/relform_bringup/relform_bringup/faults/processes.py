@@ -57,7 +57,8 @@ class _Started:
     @property
     def is_additional(self) -> bool:
         """Whether it was started beside, or instead of, a node that a flight consists of."""
-        return self.log_name != self.name and self.name not in (FLY, CLOCK)
+        is_second = self.log_name != self.name and self.name not in (FLY, CLOCK)
+        return is_second or self.name == VIEWER
 
 
 class FlightProcesses:
