@@ -8,7 +8,7 @@ PYTHON_IN_VENV := .venv/bin/python
 
 .PHONY: help
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s%s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s%s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 .PHONY: setup
 setup: ## make the Python environment and build the workspace; later only what changed (PYTHON=python3.12)
@@ -31,6 +31,10 @@ else
 	@$(PYTHON_IN_VENV) -m pytest -n auto --dist loadfile --ignore tests/ros --ignore tests/browser
 	@$(PYTHON_IN_VENV) -m pytest -n 2 --dist loadfile tests/ros tests/browser
 endif
+
+.PHONY: test-pythons
+test-pythons: ## run the tests with each supported Python of this machine, in clones (some: ARGS="tests/unit")
+	@setup/test_pythons.sh $(ARGS)
 
 .PHONY: paper
 paper: setup ## fly the paper's evaluation into runs/paper-evaluation; continues after a stop (ARGS="--jobs 1")

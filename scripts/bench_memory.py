@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measure the memory of every process of a long hover in real time. `--help` says more."""
+"""Measure memory, time of a step and size of the bag in a long flight. `--help` says more."""
 
 from run_main import run_main
 

@@ -21,12 +21,14 @@ def fly_once(
     record: bool = True,
     composed: bool = False,
     on_step: Callable[[int, Mapping[str, int]], None] | None = None,
+    note_bag: Callable[[Path], None] = lambda bag: None,
 ) -> FlownFlight:
-    """Fly in a temporary folder; arguments as of ``Flight``."""
+    """Fly in a temporary folder; arguments as of ``Flight``, and ``note_bag`` gets the folder of the bag."""
     with (
         interruption_noted() as interruption,
         claimed_domain() as domain,
         tempfile.TemporaryDirectory() as at,
     ):
         folder = create_run_folder(scenario, Path(at) / "flight", datetime.now())
+        note_bag(folder.bag)
         return Flight(scenario, folder, record, composed, domain, interruption, on_step).fly(console)
