@@ -48,6 +48,8 @@ RECORDER = ("relform_bags", "recorder")
 COMPOSED = ("relform_bringup", "composed")
 VISUALIZATION = ("relform_bringup", "visualization")
 COMPOSED_NAME = "the process of all nodes"
+FILE_S = 300
+"""Flight time in one file of a bag, whose index the recorder keeps in memory [s]."""
 WATCH_S = 0.02
 """Period at which the processes are checked."""
 PIPE_BYTES = 1 << 20
@@ -203,7 +205,7 @@ class Flight:
         with sender:
             values: dict[str, int | str] = {"pipe": sender.fileno()}
             if observer == RECORDER_NODE:
-                values["output"] = str(self._folder.bag)
+                values |= {"output": str(self._folder.bag), "max_bag_duration": FILE_S}
             # With the name of the node, because the other nodes of its process have no such parameters.
             node = observer.strip("/")
             arguments = [f"{node}:{key}:={json.dumps(value)}" for key, value in values.items()]

@@ -4,6 +4,7 @@ Each finished run is stored as it ends, with a fingerprint of everything that it
 flown again only if it no longer fits.
 """
 
+import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from typing import Any
@@ -50,7 +51,8 @@ def fly_all(runs: Sequence[Run], folder: SweepFolder, executor: Executor) -> Ite
                 row, log = failed(run, str(error) or type(error).__name__), None
             if row["outcome"] != Outcome.FAILED:
                 folder.store(run, row, log)
-            yield row
+            # Rows share the names of their columns: each result of a process brings its own copies.
+            yield {sys.intern(column): value for column, value in row.items()}
     finally:
         for future in pending:
             future.cancel()

@@ -60,9 +60,11 @@ def fly_shown(
     """
     rows, missing = resume(runs, folder)
     with _shown(console, title, len(runs), rows) as update:
+        lost = _lost(rows)
         for row in fly_all(missing, folder, executor):
             rows.append(row)
-            update(len(rows), _lost(rows))
+            lost += _lost([row])
+            update(len(rows), lost)
     return in_order(rows, runs)
 
 
