@@ -22,7 +22,7 @@ from relform_controller.ground_plan import (
 )
 from relform_controller.ocp.problem import Ocp
 from relform_controller.reference.fence import check_scenario
-from relform_controller.reference.online_mission import OnlineMission
+from relform_controller.reference.online_mission import OnlineMission, phases_trajectory
 from relform_controller.reference.timed_path import rows_of
 from relform_controller.solver.make import make_solver
 from relform_controller.solver.solver import Solver
@@ -103,6 +103,8 @@ class FlightDirector:
             check_scenario(config)
         self._breach = ""
         """Where vehicles left the geofence, until something else is asked for."""
+        self._trajectory = phases_trajectory(config)
+        """For all flights."""
         self._prepare_flight()
 
     @property
@@ -354,7 +356,7 @@ class FlightDirector:
 
     def _prepare_flight(self, *, is_at_rest: bool = True) -> None:
         """A new controller and mission, for the next flight; or for vehicles that move already."""
-        self._mission = OnlineMission(self._config)
+        self._mission = OnlineMission(self._config, self._trajectory)
         self._has_to_rise = not is_at_rest
         self._controller: FormationController = FormationController(
             self._config,

@@ -32,21 +32,29 @@ _SAMPLES_PER_S = 20.0
 """Number of points at which the way of the team is checked, by time."""
 
 
+def phases_trajectory(config: ScenarioConfig) -> LeaderTrajectory:
+    """The motions of the phases of a scenario, from its start; that of a long flight takes a second."""
+    lead = config.command_lead_ns / NANOSECONDS_PER_SECOND
+    n_extra = math.ceil((lead + config.controller.horizon) / config.controller.period - 1e-9)
+    return LeaderTrajectory(config, n_extra)
+
+
 class OnlineMission:
     """The leader flies what it was last asked to, then hovers; the formation is the last one asked for.
 
     Implements ``Mission``. A request applies from the next control step on, and is checked when it is made.
     While the phases of the scenario are flown, they change the formation as well.
+
+    Args:
+        config: the scenario.
+        trajectory: its ``phases_trajectory``, if it is there already.
     """
 
-    def __init__(self, config: ScenarioConfig) -> None:
+    def __init__(self, config: ScenarioConfig, trajectory: LeaderTrajectory | None = None) -> None:
         self._config = config
         self._limits = config.controller.leader_motion
         self._flies_around_obstacles = config.controller.constraints.keep_out is not None
-        lead = config.command_lead_ns / NANOSECONDS_PER_SECOND
-        n_extra = math.ceil((lead + config.controller.horizon) / config.controller.period - 1e-9)
-        self._trajectory = LeaderTrajectory(config, n_extra)
-        """Of the phases of the scenario; made here because that of a long flight takes seconds."""
+        self._trajectory = trajectory or phases_trajectory(config)
         only_first = {"phases": config.phases[:1]}  # the others are flown on request
         self._schedule = FormationSchedule(config.model_copy(update=only_first))
         self._path: LeaderPath | None = None

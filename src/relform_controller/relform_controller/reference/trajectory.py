@@ -6,6 +6,7 @@ at rest. The yaw is the integral of the turn rate, the position that of the velo
 except that a recorded path may fly sideways too.
 """
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -116,10 +117,13 @@ def _profiles(config: ScenarioConfig, time: Array) -> Array:
     """Speed ahead [m/s], climb [m/s], turn rate [rad/s] and speed to the left [m/s] at ``time`` [s], shape
     (4, time)."""
     profiles = np.zeros((4, time.size))
-    for phase, start, step in zip(config.phases, config.phase_start_times, config.phase_starts, strict=True):
-        begin = step * _SUBSTEPS
+    steps = [*config.phase_starts, time.size]  # the last phase goes on until the end
+    for phase, start, (step, next_step) in zip(
+        config.phases, config.phase_start_times, itertools.pairwise(steps), strict=True
+    ):
+        begin, end = step * _SUBSTEPS, next_step * _SUBSTEPS + 1
         entry = profiles[:, begin]  # where the phase before ends
-        profiles[:, begin:] = _phase_profile(phase.motion, time[begin:] - start, entry)
+        profiles[:, begin:end] = _phase_profile(phase.motion, time[begin:end] - start, entry)
     return profiles
 
 
