@@ -36,6 +36,14 @@ endif
 test-pythons: ## run the tests with each supported Python of this machine, in clones (some: ARGS="tests/unit")
 	@setup/test_pythons.sh $(ARGS)
 
+.PHONY: coverage
+coverage: setup ## measure which branches the tests without ROS take, at least 90% of all that is not ROS
+	@$(PYTHON_IN_VENV) -m pytest -n auto --dist loadfile --ignore tests/ros --ignore tests/browser --cov --cov-report term:skip-covered $(ARGS)
+
+.PHONY: mutation
+mutation: setup ## change the code a little, and see whether the tests notice (about an hour)
+	@$(PYTHON_IN_VENV) setup/mutation.py $(ARGS)
+
 .PHONY: paper
 paper: setup ## fly the paper's evaluation into runs/paper-evaluation; continues after a stop (ARGS="--jobs 1")
 	@$(PYTHON_IN_VENV) scripts/paper.py $(ARGS)

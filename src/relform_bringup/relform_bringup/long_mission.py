@@ -1,10 +1,10 @@
 """A random mission of any length: motions, changes of formation and disturbances, all from one seed."""
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import yaml
 
 TAKE_OFF_S = 15.0
 """The disturbances begin after take-off [s]."""
@@ -56,9 +56,7 @@ def random_mission(seed: int, length: float) -> list[str]:
         "phases": phases,
         "events": _events(rng, length),
     }
-    return [
-        f"{key}={yaml.safe_dump(value, default_flow_style=True, width=1e9)}" for key, value in changes.items()
-    ]
+    return [f"{key}={json.dumps(value)}" for key, value in changes.items()]  # JSON is YAML
 
 
 def _motion(rng: np.random.Generator, sinks: bool) -> dict[str, Any]:
