@@ -257,10 +257,10 @@ class FormationController:
             self._prediction = self._predicted(self._estimated[0] + self._period_ns)
 
     def _has_missed_too_much(self, now_ns: int) -> bool:
-        """Whether the last decision is too old to go on from it; a flight director sees to it itself."""
+        """Whether the last step is too long ago to go on from it; a flight director sees to it itself."""
         if self._estimated is None or not isinstance(self._mission, ScenarioMission):
             return False
-        return now_ns - self._estimated[0] > seconds_to_ns(GAP_MAX_S)
+        return now_ns - self._carried_to_ns > seconds_to_ns(GAP_MAX_S)
 
     def _skip_to(self, now_ns: int) -> None:
         """Carry the last plan over the steps without a decision between the last one and this instant."""
