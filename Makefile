@@ -29,7 +29,7 @@ ifdef ARGS
 	@$(PYTHON_IN_VENV) -m pytest $(ARGS)
 else
 	@$(PYTHON_IN_VENV) -m pytest -n auto --dist loadfile --ignore tests/ros --ignore tests/browser
-	@$(PYTHON_IN_VENV) -m pytest -n 2 --dist loadfile tests/ros tests/browser
+	@$(PYTHON_IN_VENV) -m pytest -n 2 --dist loadfile --reruns 1 tests/ros tests/browser
 endif
 
 .PHONY: test-pythons

@@ -19,7 +19,7 @@ from relform_analysis.replay.command import main as replay
 from relform_analysis.report.command import main as report
 from relform_bags.reader import BagMessage, read_attachments, read_bag
 from relform_core.load import load_scenario
-from relform_core.names import CLOCK, CONFIG_ATTACHMENT, RECORDER_NODE
+from relform_core.names import CLOCK, CONFIG_ATTACHMENT, MEMBERS, RECORDER_NODE
 from relform_core.roster import Roster
 from relform_ros.topics import topic_table
 from support.nodes import INSTALL, Nodes
@@ -46,7 +46,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
         nodes.start("recorder", f"output:={folder / 'bag'}")
         for name in (*scenario.config.team.vehicles, "controller"):
             nodes.start(name)
-        for topic in topic_table(scenario.config, roster).keys() - {CLOCK}:
+        for topic in topic_table(scenario.config, roster).keys() - {CLOCK, MEMBERS}:
             observer.until(lambda topic=topic: listens(observer, topic))
         nodes.start("clock")
         for name in ("clock", "recorder"):
